@@ -144,7 +144,8 @@ bool any_needs_fields(const Scene &scene) {
 
 void add_reduced(const Scene &scene, SwPrecomputeDesc &desc) {
   desc.reduced_fields = scene.reduced.fields;
-  if (!desc.reduced_fields && any_needs_fields(scene)) desc.reduced_fields = host::kFields;
+  const bool led = !scene.handles.empty() && !scene.supports.empty();
+  if (!desc.reduced_fields && any_needs_fields(scene)) desc.reduced_fields = led ? host::kFieldsWithHandles : host::kFields;
   desc.reduced_elements = scene.reduced.elements;
   desc.reduced_poses = scene.reduced.poses;
   if (!scene.reduced.trained) desc.reduced_flags |= SW_REDUCED_UNTRAINED;

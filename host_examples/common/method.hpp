@@ -30,6 +30,7 @@ constexpr uint32_t kDefaultMethod = SW_METHOD_AUTO;
 
 // reduced_fields where a host says none, as SwPrecomputeDesc suggests.
 constexpr uint32_t kFields = 40;
+constexpr uint32_t kFieldsWithHandles = 64;  // where the precompute of a shell that is held is told of handles
 
 // The table does not say how a method moves. Two facts follow from what it needs, with one exception. A method that
 // needs no more than modes is the full shell, vertex by vertex, except linear modal analysis. That one, and those that

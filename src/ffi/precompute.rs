@@ -63,8 +63,8 @@ pub const SW_PRECISION_I16: u32 = 3;
 /// does making a state of another modal method.
 pub const SW_PRECOMPUTE_LINEAR: u32 = 1;
 
-/// For SW_METHOD_AUTO, in a time that needs no asking: with a reduced shell of reduced_fields (0 = 40; fewer where modes and fields would be more
-/// than 128) where the shell can have one, and else without. Unless reduced_poses, reduced_seconds or reduced_mode_searches say otherwise, its
+/// For SW_METHOD_AUTO, in a time that needs no asking: with a reduced shell of reduced_fields (0 = 40, or 64 where a shell that is held is told of handles; fewer where
+/// modes and fields would be more than 128) where the shell can have one, and else without. Unless reduced_poses, reduced_seconds or reduced_mode_searches say otherwise, its
 /// training ends after 8e7 / (vertices to the power 1.5) iterations, about half a minute, with the same result everywhere. No reduced shell is made
 /// of a shell with sag_gravity or support_fields; nor, unless a limit is given, above 10,000 vertices. Nor is one made of a shell that moves
 /// freely with too few modes, in pieces or with a rest shape of its own, nor where training finds fewer than four equilibria. sw_model_offers
@@ -119,20 +119,22 @@ pub struct SwPrecomputeDesc {
     /// others as well can ask for more modes; see auto_error for what is judged there.
     pub handle_distance: f64,
     /// The vertices that handles move (n_handles). A reduced shell reads them, too, and spends up to half of its fields on how it gives there:
-    /// three for pulls at each, and three for turns where the half has room for those of all.
+    /// three for pulls at each, and three for turns where the half has room for those of all. From 24 fields on the
+    /// training of a shell that is held leads the full shell by them, by a fifth of its size where it gives most, the others held at rest.
     pub handles: *const u32,
     /// Length of handles.
     pub n_handles: u32,
     /// SW_AXIS_... bits of the frame's axes along which handles hold their vertices, for SW_METHOD_AUTO; 0 = all.
     pub handle_axes: u32,
     /// Displacement fields beyond the modes for SW_METHOD_REDUCED_SHELL, which needs some; 0 = none, and the model takes no more
-    /// time and memory than without. 40 suit 8 modes; modes and fields are at most 128 together. sag_gravity must be
+    /// time and memory than without. 40 suit 8 modes, 64 where handles are told to a shell that is held; modes and fields are at most 128 together. sag_gravity must be
     /// zero. A shell that moves freely, in one piece, needs all its rigid motions among the modes: 6 modes more where nothing holds it.
     pub reduced_fields: u32,
     /// Triangles, edges and hinges, together, that stand for all in its steps, whose cost grows with their number; 0 = as many as
     /// leave out 1 % of the elastic forces, but at most 16 for each mode and field.
     pub reduced_elements: u32,
-    /// Equilibria of the full shell that its fields are trained on, of gravity, pressure and pulls at points in turn; at most 52 are used.
+    /// Equilibria of the full shell that its fields are trained on, of gravity, pressure, handles that are known and pulls at points in turn; at
+    /// most 52 are used.
     /// Each takes as long as a static solution of SW_METHOD_SHELL_IMPLICIT, but of a load that buckles the shell only the part that was
     /// balanced after a few hundred iterations is used, from 8,000 vertices on after a hundred. The fields are saved with the model. 0 = all
     /// 52 up to 4,000 vertices, fewer on larger meshes, as 208,000 over their number.
@@ -204,6 +206,13 @@ pub unsafe extern "C" fn sw_model_precompute(model: *mut SwModel, desc: *const S
         let vertices = content.shell.mass.len();
         if desc.reduced_flags & SW_REDUCED_UNTRAINED == 0 && desc.reduced_poses == 0 {
             options.reduced.poses = reduced::default_poses(vertices);
+        }
+        if options.reduced.optional
+            && desc.reduced_fields == 0
+            && desc.n_handles > 0
+            && content.shell.held.contains(&true)
+        {
+            options.reduced.fields = reduced::FIELDS_WITH_HANDLES;
         }
         let limited = desc.reduced_poses > 0 || desc.reduced_seconds > 0.0 || desc.reduced_mode_searches > 0.0;
         if options.reduced.optional && !limited {

@@ -85,6 +85,8 @@ impl Default for Options {
 
 /// Fields of a choice of the method unless others are asked for.
 pub const FIELDS: usize = 40;
+/// The same where handles of a shell that is held are known.
+pub const FIELDS_WITH_HANDLES: usize = 64;
 /// Of the forces of the poses that sampling looks at, what samples may leave out when their number is not given.
 pub const TOLERANCE: f64 = 0.01;
 /// The least α that a training chooses.

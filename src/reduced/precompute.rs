@@ -22,8 +22,9 @@ const MOST_ELEMENTS: usize = 16;
 const LEAST_ITERATIONS: usize = 80;
 const LEAST_JUDGED: usize = 4;
 
-/// The numbers of the rest rows of elements, and their weights.
+/// Elements by the number of their rest rows, with their weights.
 type Samples = Vec<(u32, f64)>;
+
 /// Hears of the share of the work that is done.
 type Watch<'a> = &'a mut dyn FnMut(f64) -> Result<()>;
 
@@ -45,8 +46,9 @@ impl ReducedShell {
         let time = options.seconds.min(options.mode_searches * searches);
         let mut report = |share: f64| progress.report(Phase::Training, share);
         report(0.0)?;
-        let loads = TrainingLoads::new(shell, modes, (options, handles), free)?;
+        let mut loads = TrainingLoads::new(shell, modes, (options, handles), free)?;
         let rigid = &all.shapes[..all.zero_modes];
+        loads.prepare_handles(shell, (rigid, modes.eigenvalues[0]))?;
         let derivatives = loads.weighted_derivatives(shell, modes, rigid)?;
         let limits = (options.poses, time, options.iterations);
         let trained = loads.train(shell, limits, &mut |share| report(0.1 + 0.4 * share))?;
@@ -56,7 +58,8 @@ impl ReducedShell {
             basis_and_stresses((&loads, &inputs, &trained), options.fields, &mut |share| report(0.5 + 0.1 * share))?;
         let fields = stored(shell, &basis, precision)?;
         let columns = unpacked(shell, &fields);
-        let (samples, fit, stiffness) = sampled((shell, known, &columns), (&loads, &assumed), options, &mut report)?;
+        let (samples, fit, stiffness) =
+            sampled((shell, known, &columns), (&loads, &assumed, &trained), options, &mut report)?;
         let shapes = loads.shapes(shell, &columns, (modes, &trained));
         let sources =
             polynomial::Sources { shell, columns: &columns, assumed: &assumed, shapes: &shapes, stiffness: &stiffness };
@@ -102,7 +105,7 @@ fn within_reach(shell: &Shell, modes: &Modes, options: &Options) -> Result<Optio
 
 /// Fails where an optional reduced shell has too few equilibria to be judged by.
 fn require_training(options: &Options, trained: &[TrainingPose]) -> Result<()> {
-    let whole = trained.iter().filter(|pose| pose.whole).count();
+    let whole = trained.iter().filter(|pose| pose.whole && !pose.led).count();
     if !options.optional || whole >= LEAST_JUDGED {
         return Ok(());
     }
@@ -145,13 +148,14 @@ fn basis_and_stresses(
     let (basis, known) = inputs.basis(&poses, fields)?;
     let found = basis.ncols() - inputs.modes.shapes.len(); // all else goes by these: who asks for more than there are gets the same
     let membrane_share = loads.membrane_share(inputs, trained, found, watch)?;
-    Ok((basis, known, Assumed { stresses: inputs.stresses(&poses, found)?, membrane_share }))
+    let stresses = inputs.stresses(&trained.iter().collect::<Vec<_>>(), found)?;
+    Ok((basis, known, Assumed { stresses, membrane_share }))
 }
 
 /// Samples by the number of their rest rows, with their weights, and what these leave of the forces; and the stiffness at rest of all elements.
 fn sampled(
     (shell, known, columns): (&Arc<Shell>, usize, &[Vec<Vec3>]),
-    (loads, assumed): (&TrainingLoads, &Assumed),
+    (loads, assumed, trained): (&TrainingLoads, &Assumed, &[TrainingPose]),
     options: &Options,
     report: Watch,
 ) -> Result<(Samples, f64, DMatrix<f64>)> {
@@ -166,7 +170,7 @@ fn sampled(
     }
     let count = if options.elements > 0 { options.elements } else { MOST_ELEMENTS * columns.len() };
     let tolerance = if options.elements > 0 { 0.0 } else { TOLERANCE };
-    let poses = loads.poses(shell, assumed, columns, &mut |share| report(0.6 + 0.1 * share))?;
+    let poses = loads.poses((shell, assumed), columns, trained, &mut |share| report(0.6 + 0.1 * share))?;
     let mut watch = |share| report(0.7 + 0.2 * share);
     let of = (&stiffness, known);
     let (weights, fit) = sampling::sample(shell, &all, of, (&poses, count, tolerance), &mut watch)?;

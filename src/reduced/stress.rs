@@ -45,16 +45,23 @@ fn part(shell: &Shell, sign: f64, u: &[Vec3], rest: Option<&[f64]>) -> Vec<f64> 
 
 /// Orthonormal stress fields (membrane's elements × stresses), at most `wanted` of them compressed ones. `bent` are the modes at the
 /// amplitudes that scenes bend them to, `derivatives` the derivatives' ½ Θ_ij at these (i ≤ j, row by row), `responses` K⁻¹f, `poses`
-/// equilibria.
+/// equilibria under loads, `led` those that handles lead to.
 pub fn fields(
     shell: &Shell,
     bent: &[Vec<Vec3>],
     derivatives: &[Vec<Vec3>],
     responses: &[Vec<Vec3>],
-    poses: &[&[Vec3]],
+    [poses, led]: [&[&[Vec3]]; 2],
     wanted: usize,
 ) -> Result<Mat<f64>> {
     let mut candidates: Vec<Vec<f64>> = poses.iter().map(|u| strains(shell, |v| u[v])).collect();
+    // No led shape counts more than one under a load: a handle that is led where the shell hardly gives stretches it as no other would.
+    let most = candidates.iter().map(|strain| norm(strain)).fold(0.0, f64::max);
+    candidates.extend(led.iter().map(|u| {
+        let strain = strains(shell, |v| u[v]);
+        let share = (most / norm(&strain).max(f64::MIN_POSITIVE)).min(1.0);
+        strain.into_iter().map(|s| s * share).collect()
+    }));
     let rest = strains_at_rest(shell);
     let part = |sign: f64, u: &[Vec3]| part(shell, sign, u, rest.as_deref());
     let own: Vec<Vec<f64>> = bent.iter().map(|u| part(1.0, u)).collect();

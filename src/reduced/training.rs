@@ -2,6 +2,7 @@
 //! made of these, and the membrane's share α that suits them.
 
 mod equilibria;
+mod handles;
 
 use super::polynomial::{Gate, PolynomialEnergy};
 use super::{Assumed, Elastic, LEAST_SHARE, Newton, Options, Potential, ReducedEnergy, Stop, basis, sampling, stress};
@@ -10,6 +11,7 @@ use crate::reference::FreeMotions;
 use crate::{Error, ErrorKind, Result, Shell, Vec3};
 pub(super) use equilibria::TrainingPose;
 use faer::Mat;
+use handles::{Handles, Lead};
 use nalgebra::DMatrix;
 use std::borrow::Cow;
 
@@ -80,8 +82,12 @@ impl BasisInputs<'_> {
     }
 
     /// S (stresses × the membrane's elements) beside so many fields.
-    pub(super) fn stresses(&self, poses: &[&[Vec3]], fields: usize) -> Result<DMatrix<f64>> {
+    pub(super) fn stresses(&self, trained: &[&TrainingPose], fields: usize) -> Result<DMatrix<f64>> {
         let wanted = (STRESSES * fields as f64) as usize;
+        let of = |led: bool| -> Vec<&[Vec3]> {
+            trained.iter().filter(|pose| pose.led == led).map(|pose| &pose.displacement[..]).collect()
+        };
+        let poses = [&of(false)[..], &of(true)];
         let fields = stress::fields(self.shell, &self.bent, &self.derivatives, &self.responses, poses, wanted)?;
         Ok(DMatrix::from_fn(fields.ncols(), fields.nrows(), |k, e| fields[(e, k)]))
     }
@@ -96,9 +102,7 @@ pub(super) struct TrainingLoads {
     /// Far from the supports and each other.
     points: Vec<usize>,
     /// The handles that will hold it.
-    handles: Vec<usize>,
-    /// Whether fields know the turns there, too.
-    turning: bool,
+    handles: Handles,
     /// What moves freely at rest; then the part of a load that would set it in motion is left out.
     free: Option<FreeMotions>,
 }
@@ -131,8 +135,8 @@ impl TrainingLoads {
         let largest = |field: &[Vec3]| field.iter().map(|u| u.norm()).fold(f64::MIN_POSITIVE, f64::max);
         let amplitude = BEND * shell.mesh.size / modes.shapes.first().map_or(1.0, |shape| largest(shape));
         let (points, floats) = (far_points(shell, POINTS), free.as_ref().is_some_and(|free| free.count() == 6));
-        let (handles, turning) = handles_of(shell, handles, options.fields)?;
-        let bearers = if handles.is_empty() { &points } else { &handles };
+        let handles = Handles::new(shell, handles, options.fields)?;
+        let bearers = if handles.vertices.is_empty() { &points } else { &handles.vertices };
         // λ q = g Φᵀ M 1 with the most effective direction; of a shell that floats, held at the points.
         let effective = |(shape, lambda): (&Vec<Vec3>, &f64)| {
             let mut sum: Vec3 = shape.iter().zip(&shell.mass).map(|(u, m)| u * *m).sum();
@@ -151,7 +155,14 @@ impl TrainingLoads {
             );
             return Err(Error::new(ErrorKind::Numerical, message));
         }
-        Ok(Self { gravity, amplitude, points, handles, turning, free })
+        Ok(Self { gravity, amplitude, points, handles, free })
+    }
+
+    /// Takes in what handles do. They are led in the place of pulls at points.
+    pub(super) fn prepare_handles(&mut self, shell: &Shell, loose: basis::Loose) -> Result<()> {
+        self.handles.prepare(shell, loose, 6 * POINTS)?;
+        self.points.truncate(POINTS - self.handles.leads.len().div_ceil(6));
+        Ok(())
     }
 
     /// ½ Θ_ij q_i q_j with q_i = a λ₁/λ_i.
@@ -179,39 +190,10 @@ impl TrainingLoads {
         (rigid, derivatives): (&'a [Vec<Vec3>], Vec<Vec<Vec3>>),
     ) -> Result<BasisInputs<'a>> {
         let loose = (rigid, modes.eigenvalues[0]);
-        let answers = self.answers(shell, loose)?;
+        let answers = self.handles.answers.clone();
         let mut responses = self.responses(shell, loose)?;
         responses.extend(answers.iter().cloned());
         Ok(BasisInputs { shell, modes, rigid, derivatives, responses, bent: self.bent(modes), answers })
-    }
-
-    /// The displacements to first order under a pull at each handle along each axis, and under a couple of its triangles' corners about each.
-    /// Where nothing holds the shell, inertia takes the rest: inertia-relief attachment modes (Craig 1987). Of a norm each.
-    fn answers(&self, shell: &Shell, loose: basis::Loose) -> Result<Vec<Vec<Vec3>>> {
-        let (rest, axes) = (&shell.mesh.positions, [0, 1, 2].map(|axis| Vec3::ith(axis, 1.0)));
-        let mut forces = vec![];
-        for &v in &self.handles {
-            forces.extend(axes.map(|axis| vec![(v, axis)]));
-        }
-        for &v in self.handles.iter().filter(|_| self.turning) {
-            let own = shell.mesh.triangles.iter().filter(|corners| corners.contains(&(v as u32)));
-            let mut around: Vec<usize> = own.flatten().map(|w| *w as usize).collect();
-            around.sort_unstable();
-            around.dedup();
-            let couple = |axis: Vec3| around.iter().map(|&w| (w, axis.cross(&(rest[w] - rest[v])))).collect();
-            forces.extend(axes.map(couple));
-        }
-        let accelerations = |forces: Vec<(usize, Vec3)>| {
-            let mut out = vec![Vec3::zeros(); rest.len()];
-            forces.iter().for_each(|(v, force)| out[*v] = force / shell.mass[*v]); // columns() brings M^½
-            out
-        };
-        let mut right = basis::columns(shell, &forces.into_iter().map(accelerations).collect::<Vec<_>>());
-        if right.ncols() > 0 {
-            basis::solve_rest(shell, &mut right, loose)?;
-        }
-        let unit = |k: usize| right.col(k) * faer::Scale(1.0 / right.col(k).norm_l2().max(f64::MIN_POSITIVE));
-        Ok((0..right.ncols()).map(|k| basis::unscaled(shell, unit(k).as_ref())).collect())
     }
 
     /// The rest shape's displacements to first order under accelerations that are uniform, the first three, or linear in the place, as of
@@ -256,8 +238,8 @@ impl TrainingLoads {
         shapes
     }
 
-    /// Loads, the most telling first: gravity along ± the axes, pressure, pulls at points; all at full and at half strength. Of a shell that
-    /// floats, gravity is borne by the handles, or by the points.
+    /// Loads, the most telling first: gravity along ± the axes, pressure, none where a handle is led ([`Self::lead`]), pulls at points; all at full
+    /// and at half strength. Of a shell that floats, gravity is borne by the handles, or by the points.
     pub(super) fn loads(&self, shell: &Shell) -> Vec<Vec<Vec3>> {
         let axes: Vec<Vec3> =
             (0..6).map(|k| if k % 2 == 0 { Vec3::ith(k / 2, 1.0) } else { Vec3::ith(k / 2, -1.0) }).collect();
@@ -268,7 +250,8 @@ impl TrainingLoads {
             let g = strength * self.gravity;
             loads.extend(axes.iter().map(|axis| shell.mass.iter().map(|m| *m * g * axis).collect::<Vec<_>>()));
             if self.free.as_ref().is_some_and(|free| free.count() == 6) {
-                let bearers = if self.handles.is_empty() { &self.points } else { &self.handles };
+                let told = &self.handles.vertices;
+                let bearers = if told.is_empty() { &self.points } else { told };
                 let borne = strength * total / bearers.len() as f64;
                 let first = loads.len() - axes.len();
                 for (load, axis) in loads[first..].iter_mut().zip(&axes) {
@@ -278,6 +261,7 @@ impl TrainingLoads {
             for sign in [1.0, -1.0] {
                 loads.push(normals.iter().zip(&shell.mass).map(|(n, m)| n * (sign * g * m)).collect());
             }
+            loads.extend(self.handles.leads.iter().map(|_| vec![Vec3::zeros(); shell.mass.len()]));
             for &point in &self.points {
                 loads.extend(axes.iter().map(|axis| {
                     let mut load = vec![Vec3::zeros(); shell.mass.len()];
@@ -287,6 +271,11 @@ impl TrainingLoads {
             }
         }
         loads
+    }
+
+    /// What a handle does in the place of one of so many loads.
+    fn lead(&self, load: usize, loads: usize) -> Option<&Lead> {
+        (load % (loads / 2)).checked_sub(DISTRIBUTED).and_then(|k| self.handles.leads.get(k))
     }
 
     /// α, of [`MEMBRANE_SHARES`]: that with which fields and stress fields of pulls alone come nearest to the equilibria under gravity and
@@ -311,8 +300,8 @@ impl TrainingLoads {
         if tried.len() < LEAST_TRIED || of.len() < LEAST_TRIED {
             return Ok(LEAST_SHARE);
         }
-        let of: Vec<&[Vec3]> = of.into_iter().map(|pose| &pose.displacement[..]).collect();
-        let (basis, _) = inputs.basis(&of, fields)?;
+        let shapes: Vec<&[Vec3]> = of.iter().map(|pose| &pose.displacement[..]).collect();
+        let (basis, _) = inputs.basis(&shapes, fields)?;
         let columns: Vec<Vec<Vec3>> = (0..basis.ncols()).map(|k| basis::unscaled(shell, basis.col(k))).collect();
         let mut assumed = Assumed { stresses: inputs.stresses(&of, fields)?, membrane_share: LEAST_SHARE };
         let size = |q: &[f64]| norm_squared(q).sqrt();
@@ -349,7 +338,8 @@ impl TrainingLoads {
         let loads = self.loads(shell);
         let (mut newtons, mut scratch) = ([Newton::new(polynomial), Newton::new(sampled)], polynomial.scratch());
         let (mut tried, mut strain) = (vec![], 0.0f64);
-        for (k, pose) in trained.iter().filter(|pose| pose.whole).enumerate() {
+        let under_load = |pose: &&TrainingPose| pose.whole && !pose.led;
+        for (k, pose) in trained.iter().filter(under_load).enumerate() {
             watch(k as f64 / trained.len() as f64)?;
             let exact = projected(shell, columns, &pose.displacement);
             let force = sampling::project(columns, &self.borne(shell, &loads, pose));
@@ -378,12 +368,12 @@ impl TrainingLoads {
         Cow::from(force)
     }
 
-    /// Reduced equilibria for sampling to look at.
+    /// Reduced equilibria for sampling to look at, and those that handles lead to.
     pub(super) fn poses(
         &self,
-        shell: &Shell,
-        assumed: &Assumed,
+        (shell, assumed): (&Shell, &Assumed),
         columns: &[Vec<Vec3>],
+        trained: &[TrainingPose],
         watch: &mut dyn FnMut(f64) -> Result<()>,
     ) -> Result<Vec<Vec<f64>>> {
         let all = &thinned(shell, columns, assumed);
@@ -393,6 +383,11 @@ impl TrainingLoads {
         let mut poses = vec![];
         for (k, load) in loads[..full_strength].iter().enumerate() {
             watch(k as f64 / full_strength as f64)?;
+            if self.lead(k, loads.len()).is_some() {
+                let led = trained.iter().filter(|pose| pose.load == k);
+                poses.extend(led.map(|pose| projected(shell, columns, &pose.displacement)));
+                continue;
+            }
             let mut load = Cow::from(load);
             if let Some(free) = &self.free {
                 free.balance(shell, &shell.mesh.positions, load.to_mut());
@@ -404,23 +399,6 @@ impl TrainingLoads {
         }
         Ok(poses)
     }
-}
-
-/// Handles that fields are spent on, three for the pulls at each, and whether each has three more for its turns. Half of the fields are
-/// left.
-fn handles_of(shell: &Shell, handles: &[u32], fields: usize) -> Result<(Vec<usize>, bool)> {
-    let (mut found, n): (Vec<usize>, usize) = (vec![], shell.mass.len());
-    for (i, v) in handles.iter().map(|v| *v as usize).enumerate() {
-        if v >= n {
-            return Err(Error::argument(format!("handles[{i}] is vertex {v}: the mesh has {n} vertices")));
-        }
-        if shell.free.binary_search(&(v as u32)).is_ok() && !found.contains(&v) {
-            found.push(v);
-        }
-    }
-    found.truncate(fields / 6);
-    let turning = 12 * found.len() <= fields;
-    Ok((found, turning))
 }
 
 fn added(a: &[Vec3], b: &[Vec3]) -> Vec<Vec3> {

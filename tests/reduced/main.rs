@@ -15,6 +15,7 @@ mod auto_unasked;
 mod demand;
 mod floating;
 mod floating_held;
+mod led;
 mod packed;
 mod polynomial;
 mod reduced;

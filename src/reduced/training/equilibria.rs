@@ -9,6 +9,7 @@ use crate::clock::Instant;
 use crate::reference::{EquilibriumOptions, FreeMotions, Held, Solver};
 use crate::threads::{GoOn, for_each_long};
 use crate::{Error, ErrorKind, Result, Shell, Vec3};
+use nalgebra::Matrix3;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -31,6 +32,8 @@ pub(in crate::reduced) struct TrainingPose {
     pub(in crate::reduced) load: usize,
     /// Whether all of the load is balanced, or the part that was before the search grew long.
     pub(in crate::reduced) whole: bool,
+    /// Whether a handle led there.
+    pub(in crate::reduced) led: bool,
     pub(in crate::reduced) displacement: Vec<Vec3>,
 }
 
@@ -46,6 +49,7 @@ struct Chain {
 
 /// What chains share.
 struct Search<'a> {
+    of: &'a TrainingLoads,
     /// That the loads are of, and what is solved for.
     shell: &'a Arc<Shell>,
     /// Under loads on all of it, and under pulls.
@@ -81,22 +85,32 @@ impl TrainingLoads {
         let mut chains: Vec<Chain> = (0..wanted.min(loads.len() / 2))
             .map(|first| Chain { first, found: vec![], ends: vec![], taken: 0 })
             .collect();
-        let search =
-            Search { shell, pinned, loads, wanted, started: Instant::now(), time, left, all: AtomicUsize::new(0) };
+        let search = Search {
+            of: self,
+            shell,
+            pinned,
+            loads,
+            wanted,
+            started: Instant::now(),
+            time,
+            left,
+            all: AtomicUsize::new(0),
+        };
         let n_chains = chains.len() as f64;
         for_each_long(
             &mut chains,
             MOST_SOLVERS,
-            || Ok([None, None]),
-            |solvers: &mut [Option<Solver>; 2], chain, go_on| {
+            || Ok([None, None, None]),
+            |solvers: &mut [Option<Solver>; 3], chain, go_on| {
                 // Chains begin in their order: all that ended were before this one.
                 if search.all.load(Ordering::SeqCst) >= left {
                     return Ok(());
                 }
-                let kind = usize::from(chain.first >= DISTRIBUTED);
+                let led = self.lead(chain.first, search.loads.len()).is_some();
+                let kind = if led { 2 } else { usize::from(chain.first >= DISTRIBUTED) };
                 let solver = match &mut solvers[kind] {
                     Some(solver) => solver,
-                    none => none.insert(Solver::new(search.pinned[kind].clone())?),
+                    none => none.insert(Solver::new(search.pinned.get(kind).unwrap_or(shell).clone())?),
                 };
                 let followed = search.follow(solver, chain, go_on);
                 search.all.fetch_add(chain.taken, Ordering::SeqCst);
@@ -120,11 +134,11 @@ impl TrainingLoads {
         let Some(free) = &self.free else { return Ok([shell.clone(), shell.clone()]) };
         let rest = &shell.mesh.positions;
         let alone = Arc::new(shell.pinned(free.pins(rest))?);
-        if self.handles.is_empty() {
+        if self.handles.vertices.is_empty() {
             return Ok([alone.clone(), alone]);
         }
         let axes = |v: &usize| (0..3).map(|axis| (*v as u32, Vec3::ith(axis, 1.0))).collect::<Vec<_>>();
-        let mut pins: Vec<(u32, Vec3)> = self.handles.iter().flat_map(axes).collect();
+        let mut pins: Vec<(u32, Vec3)> = self.handles.vertices.iter().flat_map(axes).collect();
         let held = pins.iter().map(|(v, n)| (*v, Held::Along(*n)));
         pins.extend(FreeMotions::new(shell, held, rest).pins(rest));
         Ok([Arc::new(shell.pinned(pins)?), alone])
@@ -145,6 +159,11 @@ impl Search<'_> {
             if self.in_time(chain.taken).is_err() {
                 break;
             }
+            let lead = self.of.lead(load, self.loads.len());
+            if let Some(lead) = lead {
+                let share = if load == half { 0.5 } else { 1.0 };
+                solver.set_constraints(Matrix3::identity(), self.of.handles.led(self.shell, lead, share), &pose)?;
+            }
             let taken = &mut chain.taken;
             let watch = &mut |_| {
                 *taken += 1;
@@ -155,13 +174,21 @@ impl Search<'_> {
                 Err(error) if error.kind == ErrorKind::Numerical => false,
                 Err(error) => return Err(error),
             };
+            if lead.is_some() && !whole {
+                break; // the constraints are met part of the way
+            }
             let displacement = solver.reached();
             let way = displacement.iter().zip(&pose).map(|(u, last)| (u - last).norm()).fold(0.0, f64::max);
             if way <= SAME * size {
                 break;
             }
             pose.clone_from(&displacement);
-            chain.found.push(TrainingPose { load, whole, displacement: self.nearest(displacement) });
+            chain.found.push(TrainingPose {
+                load,
+                whole,
+                led: lead.is_some(),
+                displacement: self.nearest(displacement),
+            });
             chain.ends.push(chain.taken);
             if !whole {
                 break;
