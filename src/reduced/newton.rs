@@ -195,9 +195,9 @@ impl Newton {
         if self.approached {
             self.near.solve(x);
         } else if let Some(factor) = &self.factor {
-            let mut solved = DVector::from_column_slice(x);
-            factor.solve_mut(&mut solved);
-            x.copy_from_slice(solved.as_slice());
+            self.direction.as_mut_slice().copy_from_slice(x);
+            factor.solve_mut(&mut self.direction);
+            x.copy_from_slice(self.direction.as_slice());
         } else {
             return;
         }

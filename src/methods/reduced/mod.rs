@@ -58,6 +58,11 @@ impl Coordinates {
     fn rest(n: usize) -> Self {
         Self { q: vec![0.0; n], q_dot: vec![0.0; n] }
     }
+
+    fn copy_from(&mut self, q: &[f64], q_dot: &[f64]) {
+        self.q.copy_from_slice(q);
+        self.q_dot.copy_from_slice(q_dot);
+    }
 }
 
 /// What a step or an equilibrium reads.
@@ -106,6 +111,8 @@ struct Reduced {
     rings: Vec<(u32, Ring)>,
     /// Of the points with an energy of their own.
     places: Places,
+    /// Where a step began of which a stage stands.
+    begins: Coordinates,
     /// Next q.
     next: Vec<f64>,
     /// That of the last pass.
@@ -162,6 +169,7 @@ fn at_rest(model: &Model, form: Form) -> Result<Reduced> {
         rows: Rows::new(0, n),
         rings: vec![],
         places: Places::none(),
+        begins: Coordinates::rest(n),
         next: zeros.clone(),
         last: zeros.clone(),
         load: zeros.clone(),
@@ -177,7 +185,7 @@ impl Reduced {
     /// Bytes held.
     fn bytes(&self) -> usize {
         let (n, rows) = (self.next.len(), self.rows.len());
-        8 * (2 * n * n + 16 * n + rows * (2 * n + rows + 4))
+        8 * (2 * n * n + 18 * n + rows * (2 * n + rows + 4))
     }
 
     /// E.

@@ -11,7 +11,10 @@
 //! inertia, and the second begins with the Hessian of the first. A step with a search that ends short is made anew by backward Euler,
 //! whose potential is no higher at its end than at q: a step that ends short gains no energy but what loads and constraints put in.
 //!
-//! A step among contacts, whose force comes and goes at once, is one of backward Euler.
+//! A step among contacts, whose force comes and goes at once, is one of backward Euler. Where stiffness relaxes in a stage what the step does not
+//! resolve, as when a handle lets a stretched shell go, the second stage would start 1.4 times as far beyond: pressed together there, the
+//! shell buckles into a motion of its size. Then that stage stands, and the rest of the step begins anew behind it (Rannacher 1984 takes
+//! such steps behind what jumps).
 //!
 //! Damping is ξI + ζ Bᵀ(Σ b bᵀ)B with the strain rows b of the shape at the start of the step, and 2 ratio √λ on the modes.
 
@@ -39,6 +42,14 @@ const ENOUGH: f64 = 1e-5;
 /// Of the displacement, what the last pass may still change although it changes more than the first.
 const SETTLED: f64 = 1e-3;
 
+/// What a stage moves beside coasting, over the coasting, where it may be a jump; and over the shape, where it is none.
+const SUDDEN: f64 = 0.3;
+const NOTHING: f64 = 1e-8;
+/// Of a jump, what inertia keeps of it at least where the step resolves it.
+const RESOLVED: f64 = 0.5;
+/// Stages in a row that stand, at most.
+const RELAXING: usize = 4;
+
 /// A step of backward Euler within a step.
 #[derive(Clone, Copy)]
 struct Stage {
@@ -52,6 +63,14 @@ struct Stage {
     damped: bool,
 }
 
+/// What became of two stages.
+enum Done {
+    /// The first relaxed and stands, with this work of constraints.
+    Relaxed(f64),
+    /// Both are done. Whether the searches converged, and the work of constraints.
+    Ended(bool, f64),
+}
+
 impl Reduced {
     /// One step of `h`. Changes nothing on failure.
     pub(super) fn advance_by(&mut self, acting: &Acting, h: f64) -> Result<()> {
@@ -61,7 +80,7 @@ impl Reduced {
         self.set_force(acting);
         self.newton.take_work();
         let sudden = at.points.is_some_and(|points| points.is_sudden());
-        let (mut converged, mut work) = if sudden { (false, 0.0) } else { self.two_stages(at, acting.load, h)? };
+        let (mut converged, mut work) = if sudden { (false, 0.0) } else { self.stages(at, acting.load, h)? };
         if !converged {
             (converged, work) = self.backward_euler(at, acting.load, h)?;
         }
@@ -98,13 +117,41 @@ impl Reduced {
     }
 
     /// Sets the next q and its rates. Returns whether the searches converged, and the work of constraints.
-    fn two_stages(&mut self, at: At, load: &BodyLoad, h: f64) -> Result<(bool, f64)> {
+    fn stages(&mut self, at: At, load: &BodyLoad, h: f64) -> Result<(bool, f64)> {
+        let (mut before, mut left) = (0.0, h);
+        for standing in 0.. {
+            let done = self.two_stages(at, load, left, standing < RELAXING);
+            if let Ok(Done::Relaxed(work)) = done {
+                if standing == 0 {
+                    self.begins.copy_from(&self.motion.q, &self.motion.q_dot);
+                }
+                self.motion.copy_from(&self.next, &self.rates);
+                before += work;
+                left *= 1.0 - GAMMA;
+                continue;
+            }
+            if standing > 0 {
+                self.motion.copy_from(&self.begins.q, &self.begins.q_dot);
+            }
+            return done.map(|done| match done {
+                Done::Ended(converged, work) => (converged, before + work),
+                Done::Relaxed(_) => (false, 0.0),
+            });
+        }
+        Ok((false, 0.0))
+    }
+
+    /// The same, or one stage where that stands and `may_stand`.
+    fn two_stages(&mut self, at: At, load: &BodyLoad, h: f64, may_stand: bool) -> Result<Done> {
         let tau = GAMMA * h;
         let damped = self.set_viscosity(at.reduced, tau);
         let first = Stage { h, tau, share: GAMMA, near: false, damped };
         self.begin(at, first);
         if !self.advance(at, load, first)? {
-            return Ok((false, 0.0));
+            return Ok(Done::Ended(false, 0.0));
+        }
+        if may_stand && self.relaxes(first) {
+            return Ok(Done::Relaxed(self.work_of_constraints()));
         }
         let work = ONWARD * self.work_of_constraints();
         self.set_rows(at, Shares::of_step(1.0));
@@ -121,7 +168,27 @@ impl Reduced {
         let (start, gone, end) = (&self.motion.q_dot, &self.from[1], &self.rates);
         let rates = |k: usize| [start[k], start[k] + (gone[k] - start[k]) / ONWARD, end[k]];
         self.estimate.of_stages(h, (0..end.len()).map(rates));
-        Ok((converged, work + self.work_of_constraints()))
+        Ok(Done::Ended(converged, work + self.work_of_constraints()))
+    }
+
+    /// Whether a stage jumps where stiffness resists, and not inertia.
+    fn relaxes(&mut self, stage: Stage) -> bool {
+        let Coordinates { q, q_dot } = &self.motion;
+        let alpha = stage.tau.recip();
+        let coasted: f64 = q_dot.iter().map(|rate| (stage.tau * rate).powi(2)).sum();
+        let size: f64 = q.iter().map(|q| q * q).sum();
+        for k in 0..q.len() {
+            self.last[k] = self.next[k] - q[k] - stage.tau * q_dot[k];
+        }
+        let jump: f64 = self.last.iter().map(|d| d * d).sum();
+        if jump <= SUDDEN * SUDDEN * coasted || jump <= NOTHING * NOTHING * size {
+            return false;
+        }
+        self.newton.filter(alpha * (alpha + self.damping.mass), &mut self.last);
+        let places = q.iter().zip(q_dot).zip(&self.next);
+        let kept: f64 =
+            places.zip(&self.last).map(|(((q, rate), next), kept)| (next - q - stage.tau * rate) * kept).sum();
+        kept < RESOLVED * jump
     }
 
     /// The same by one stage.
