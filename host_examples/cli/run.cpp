@@ -25,7 +25,6 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
-#include <set>
 #include <stdexcept>
 
 namespace cli {
@@ -72,36 +71,28 @@ bool is_judged(const Scene &scene, const RunOptions &options) {
   return read && !options.no_certify && !host::is_full_shell(scene.method);
 }
 
-// Frames between the first and the last, ascending: the most displaced, and others evenly up to `most`.
-std::vector<std::size_t> judged_frames(const Run &run, std::size_t most) {
-  const std::size_t last = run.frames.size() - 1;
-  std::set<std::size_t> chosen;
-  if (last > 1) chosen.insert(static_cast<std::size_t>(&widest_frame(run) - run.frames.data()));
-  for (std::size_t k = 1, n = std::min(most, last); k < n; ++k) chosen.insert(k * last / n);
-  chosen.erase(0);
-  chosen.erase(last);
-  return {chosen.begin(), chosen.end()};
+// Of so many frames beside the most displaced, the last one among them. Of large meshes each takes seconds.
+std::size_t n_judged(const Scene &scene, const RunOptions &options, uint32_t n_vertices) {
+  constexpr uint32_t kMost = 5000;  // a fraction of a second each
+  return !is_judged(scene, options) ? 0 : n_vertices > kMost ? 1 : 8;
 }
 
 ErrorEstimate estimate_at(const FrameRecord &frame, const SwCertificate &found) {
   return {frame.report.time, found.error, frame.report.max_displacement};
 }
 
-// The estimate at a few frames before the last one, the most displaced among them. The state is left at the last frame.
-void estimate_errors(const Scene &scene, bool quiet, shellwarp::State &state, uint32_t n_vertices, Run &run) {
-  constexpr uint32_t kMost = 5000;  // a fraction of a second each
+// The estimate at a few frames before the last one, the most displaced among them.
+void estimate_errors(bool quiet, Run &run) {
   if (!run.certificate) return;
   const Watch watch("estimating the errors over time", quiet);
-  for (const std::size_t k : judged_frames(run, n_vertices > kMost ? 1 : 8)) {
+  for (const KeptFrame &kept : run.judged) {
     if (interrupted()) break;
-    const FrameRecord &frame = run.frames[k];
-    go_to(run, frame, scene, state);
     try {
-      run.estimates.push_back(estimate_at(frame, state.certify()));
+      run.estimates.push_back(estimate_at(run.frames[kept.frame], kept.state->certify()));
     } catch (const shellwarp::Error &) {  // there is none of this shape
     }
   }
-  if (run.frames.size() > 2) go_to(run, run.frames.back(), scene, state);
+  run.judged.clear();
   run.estimates.push_back(estimate_at(run.frames.back(), *run.certificate));
 }
 
@@ -121,7 +112,7 @@ void certify(const Scene &scene, const RunOptions &options, shellwarp::State &st
       run.uncertified = error.what();
     }
   }
-  estimate_errors(scene, options.quiet, state, n_vertices, run);
+  estimate_errors(options.quiet, run);
 }
 
 // A slip of the keyboard should not run for years, or fill the disk.
@@ -148,7 +139,8 @@ void add_method(const Scene &scene, const Mesh &mesh, const std::vector<PlacedHa
   const shellwarp::Model model = precompute(scene, mesh, options.quiet);
   shellwarp::State state = make_state(scene, mesh, model);
   Film film(mesh, n_frames, options.compare.size() + 1);
-  Run run = simulate(scene, n_frames, mesh, handles, state, nullptr, &film, options.quiet, is_judged(scene, options));
+  Run run = simulate(scene, n_frames, mesh, handles, state, nullptr, &film, options.quiet,
+                     {false, n_judged(scene, options, mesh.n_vertices())});
   if (run.interrupted) return;
   certify(scene, options, state, mesh.n_vertices(), run);
   std::vector<std::string> words = closing_words({scene, model.info(), model.frequencies(), run, {}, {}, {}, true});
@@ -211,7 +203,7 @@ int run_scene(Scene scene, const RunOptions &options, OutputFolder *folder, Page
   shellwarp::State state = make_state(scene, mesh, model);
   Film film(mesh, page ? n_frames : 0, options.compare.size() + 1);
   Run run = simulate(scene, n_frames, mesh, handles, state, cache ? &*cache : nullptr, page ? &film : nullptr,
-                     options.quiet, folder || is_judged(scene, options), render ? &*render : nullptr);
+                     options.quiet, {folder != nullptr, n_judged(scene, options, mesh.n_vertices())}, render ? &*render : nullptr);
   certify(scene, options, state, mesh.n_vertices(), run);
   if (options.plan) std::fputs(state.plan_text(scene.step()).c_str(), stdout);
   if (folder && !run.interrupted) {

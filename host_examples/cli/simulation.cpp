@@ -10,6 +10,8 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <memory>
+#include <set>
 #include <stdexcept>
 
 namespace cli {
@@ -93,6 +95,41 @@ void move_to_equilibrium(const Scene &scene, SupportMotion &supports, std::vecto
   run.equilibrium = state.equilibrium();
 }
 
+// Keeps frames to be judged: some evenly spaced, and the most displaced of those between the first and the last.
+class JudgedFrames {
+public:
+  JudgedFrames(std::size_t most, std::size_t last) {
+    for (std::size_t k = 1, n = std::min(most, last); k < n; ++k) chosen_.insert(k * last / n);
+    last_ = most > 0 ? last : 0;
+  }
+
+  void note(std::size_t frame, double displacement, const shellwarp::State &state) {
+    if (frame >= last_) return;
+    const bool is_widest = displacement > widest_displacement_, is_chosen = chosen_.count(frame) > 0;
+    if (!is_widest && !is_chosen) return;
+    const KeptFrame kept{frame, std::make_shared<const shellwarp::State>(state.clone())};
+    if (is_chosen) kept_.push_back(kept);
+    if (!is_widest) return;
+    widest_displacement_ = displacement;
+    widest_ = kept;
+  }
+
+  // Ascending.
+  std::vector<KeptFrame> taken() {
+    const auto before = [](const KeptFrame &a, std::size_t frame) { return a.frame < frame; };
+    if (widest_.state && !chosen_.count(widest_.frame))
+      kept_.insert(std::lower_bound(kept_.begin(), kept_.end(), widest_.frame, before), widest_);
+    return std::move(kept_);
+  }
+
+private:
+  std::set<std::size_t> chosen_;
+  std::vector<KeptFrame> kept_;
+  KeptFrame widest_{0, nullptr};
+  double widest_displacement_ = 0;
+  std::size_t last_ = 0;
+};
+
 }  // namespace
 
 uint32_t frame_count(const Scene &scene) {
@@ -123,15 +160,16 @@ void go_to(const Run &run, const FrameRecord &frame, const Scene &scene, shellwa
 }
 
 Run simulate(const Scene &scene, uint32_t n_frames, const Mesh &mesh, std::vector<PlacedHandle> handles,
-             shellwarp::State &state, PointCache *cache, Film *film, bool quiet, bool keep_states, const RenderMesh *render) {
+             shellwarp::State &state, PointCache *cache, Film *film, bool quiet, const Keep &keep, const RenderMesh *render) {
   Run run;
+  JudgedFrames judged(keep.judged, n_frames);
   std::vector<float> positions(mesh.positions.size());
   EnergyAudit audit(scene, mesh);
   run.supports = std::make_shared<SupportMotion>(scene, mesh);
   SupportMotion &supports = *run.supports;
   run.supports_move = any_moves(scene);
   supports.begin(state);
-  record(scene, 0, state, positions, run, cache, film, keep_states, render);
+  record(scene, 0, state, positions, run, cache, film, keep.states, render);
   audit.note(0, state, run.frames.back().report);
   run.position_seconds = 0;  // the start is not a frame that was stepped to
   Watch watch(scene.is_static ? "finding the equilibrium" : "stepping", quiet, scene.is_static ? 0 : n_frames);
@@ -141,10 +179,12 @@ Run simulate(const Scene &scene, uint32_t n_frames, const Mesh &mesh, std::vecto
     else
       step_to_next_frame(scene, supports, handles, state, run);
     if ((run.interrupted = interrupted())) break;  // perhaps in the middle of a frame
-    record(scene, frame, state, positions, run, cache, film, keep_states, render);
+    record(scene, frame, state, positions, run, cache, film, keep.states, render);
+    judged.note(frame, run.frames.back().report.max_displacement, state);
     audit.note(frame, state, run.frames.back().report);
     watch.at(frame);
   }
+  run.judged = judged.taken();
   if (audit.applies()) run.largest_gain = audit.largest_gain();
   run.frame_of_gain = audit.frame_of_gain();
   return run;

@@ -40,8 +40,15 @@ struct ErrorEstimate {
   double seconds, error, displacement;
 };
 
+// The state as it was at a frame, with handles, loads and inertia, which a save has not.
+struct KeptFrame {
+  std::size_t frame;
+  std::shared_ptr<const shellwarp::State> state;
+};
+
 struct Run {
   std::vector<FrameRecord> frames;  // frame 0 is the start
+  std::vector<KeptFrame> judged;    // between the first and the last, ascending
   uint64_t steps = 0;
   std::optional<SwCertificate> certificate;  // of the last frame
   std::string uncertified;                   // why there is none, if there should be one
@@ -70,10 +77,16 @@ void go_to(const Run &run, const FrameRecord &frame, const Scene &scene, shellwa
 // Of a point cache, which counts them in 31 bits, the start included.
 constexpr uint32_t kMostFrames = 2147483646;
 
-// Writes one sample a frame into `cache` and offers it to `film`, unless they are null. Tells of long runs unless quiet. Keeps the
-// states for whoever writes other files, and with a cache always. `render`: what follows, if anything does.
+// What a run keeps beside its figures.
+struct Keep {
+  bool states = false;     // of all frames, for whoever writes other files; with a cache they are always
+  std::size_t judged = 0;  // so many frames evenly spaced, the last one too, and the most displaced; 0 = none
+};
+
+// Writes one sample a frame into `cache` and offers it to `film`, unless they are null. Tells of long runs unless quiet.
+// `render`: what follows, if anything does.
 Run simulate(const Scene &scene, uint32_t n_frames, const Mesh &mesh, std::vector<PlacedHandle> handles,
-             shellwarp::State &state, PointCache *cache, Film *film = nullptr, bool quiet = true, bool keep_states = false, const RenderMesh *render = nullptr);
+             shellwarp::State &state, PointCache *cache, Film *film = nullptr, bool quiet = true, const Keep &keep = {}, const RenderMesh *render = nullptr);
 
 // The duration in frames, at least one; one if static: the equilibrium, with handles, frame and colliders as at the end of the
 // duration. Throws where a point cache cannot number them.
