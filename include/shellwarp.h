@@ -315,7 +315,8 @@ typedef struct SwMaterialMap {
 
 // Material constants: four for each energy, uniform over the shell or by maps. A stiffness of 0 is
 // one of 0; but where k_area, k_length and k_bend are all 0, as sw_material_desc_init leaves them,
-// all three have their defaults.
+// all three have their defaults, and an area_density of 0 is 1. A host whose user sets all three to
+// 0, or a density of 0, refuses that itself, as the hosts of shellwarp do.
 typedef struct SwMaterialDesc {
   // Set by sw_material_desc_init.
   uint32_t struct_size;
@@ -339,8 +340,8 @@ typedef struct SwMaterialDesc {
   // Poisson's ratio, above -1 and at most 0.5.
   double poisson;
   // Thickness h, a length, positive. The membrane stiffness is E h, the plate rigidity E h^3 / (12
-  // (1 - poisson^2)). Beyond a tenth of the radius of curvature the theory does not hold:
-  // sw_model_create logs a warning.
+  // (1 - poisson^2)). Beyond a tenth of the radius of curvature, or of the mesh's size, the theory
+  // does not hold: sw_model_create logs a warning.
   double thickness;
   // Mass per volume, positive: kg/m^3.
   double volume_density;
@@ -412,7 +413,7 @@ typedef struct SwMaterialDesc {
   // How long the mesh's unit is, metres: 1, 0.01 for centimetres. 0 = not told. It changes no
   // number of the shell: sw_model_precompute logs a warning where the shell's own weight on Earth
   // moves it by less than 1e-5 of its size, or bends it as no film bends, and SwModelInfo says by
-  // how much.
+  // how much. A modulus in GPa shows so, too.
   double metres_per_unit;
   // Yield angles in rad (n_creases), positive: how far the angle of a crease comes from its rest
   // angle elastically. Where a step or an equilibrium ends further from it, the state's own rest
@@ -1166,8 +1167,9 @@ SwStatus sw_state_set_frequency(struct SwState *state,
 // method, and so as near as that is: take SW_METHOD_SHELL_IMPLICIT for a stiffness that all methods
 // share. Takes three to six equilibria, more where the first are not found. `tolerance` is relative
 // to `length`; 0 = 0.01. *factor is then that factor; `factor` may be NULL. Allocates. Errors,
-// which change nothing: SW_ERROR_INVALID_ARGUMENT, also where nothing moves or no factor is found
-// by which it sags so far; as sw_state_equilibrium.
+// which change nothing: SW_ERROR_INVALID_ARGUMENT, also where nothing moves, no factor is found by
+// which it sags so far, or only one by which an edge stretches to more than twice its length; as
+// sw_state_equilibrium.
 SwStatus sw_state_set_sag(struct SwState *state,
                           double length,
                           double tolerance,

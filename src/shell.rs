@@ -1,6 +1,6 @@
 //! The physical problem: a mesh of a material, held at its supports.
 
-use crate::energy::{Energy, Mirror, Source, Thick, TieEnergy, Yielding, of_material, thick, with_yielding};
+use crate::energy::{Energy, Mirror, Source, THIN, Thick, TieEnergy, Yielding, of_material, thick, with_yielding};
 use crate::material::{
     Bond, Crease, Creases, ElasticSheet, Elasticity, Fibres, Map, Maps, Orthotropy, Quantity, Tie, bonds, joined,
     touching,
@@ -236,6 +236,16 @@ impl Shell {
         let thickness = |t: usize| values.as_ref().map_or(sheet.thickness, |values| values[t]);
         let x = self.rest_shape.as_deref().unwrap_or(self.given());
         thick(&self.mesh, x, thickness, &self.creases)
+    }
+
+    /// The largest thickness of a sheet, where that is beyond a tenth of the mesh's size.
+    pub fn as_thick_as_wide(&self) -> Option<f64> {
+        let Elasticity::Koiter(sheet) = self.material else { return None };
+        let most = match self.maps.by_triangle(Quantity::Thickness, &self.mesh) {
+            Some(values) => values.iter().copied().fold(0.0, f64::max),
+            None => sheet.thickness,
+        };
+        (most > THIN * self.mesh.size).then_some(most)
     }
 
     /// A vertex's share of the area at rest.

@@ -26,7 +26,7 @@ pub use length::LengthEnergy;
 pub use membrane::MembraneEnergy;
 pub use mirror::{Mirror, MirroredEnergy, mirror_at};
 pub use patch::plane_stress;
-pub use thin::{Thick, thick};
+pub use thin::{THIN, Thick, thick};
 pub use tie::TieEnergy;
 pub use yielding::Yielding;
 

@@ -4,8 +4,8 @@ use super::hinge::{dihedral_angle, normals};
 use crate::material::Creases;
 use crate::{Mesh, Vec3};
 
-/// A thickness beyond this part of the radius of curvature is told of.
-const THIN: f64 = 0.1;
+/// A thickness beyond this part of the radius of curvature, or of the mesh's size, is told of.
+pub const THIN: f64 = 0.1;
 
 /// Where a sheet is not thin.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -60,7 +60,8 @@ pub struct SwMaterialMap {
 described!(SwMaterialMap, reserved);
 
 /// Material constants: four for each energy, uniform over the shell or by maps. A stiffness of 0 is one of 0; but where k_area, k_length and k_bend are all 0,
-/// as sw_material_desc_init leaves them, all three have their defaults.
+/// as sw_material_desc_init leaves them, all three have their defaults, and an area_density of 0 is 1. A host whose user sets all three to 0, or a density of 0,
+/// refuses that itself, as the hosts of shellwarp do.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct SwMaterialDesc {
@@ -83,7 +84,7 @@ pub struct SwMaterialDesc {
     /// Poisson's ratio, above -1 and at most 0.5.
     pub poisson: f64,
     /// Thickness h, a length, positive. The membrane stiffness is E h, the plate rigidity E h^3 / (12 (1 - poisson^2)).
-    /// Beyond a tenth of the radius of curvature the theory does not hold: sw_model_create logs a warning.
+    /// Beyond a tenth of the radius of curvature, or of the mesh's size, the theory does not hold: sw_model_create logs a warning.
     pub thickness: f64,
     /// Mass per volume, positive: kg/m^3.
     pub volume_density: f64,
@@ -143,7 +144,8 @@ pub struct SwMaterialDesc {
     /// nearest triangle of the other. 0 = nothing.
     pub tie_distance: f64,
     /// How long the mesh's unit is, metres: 1, 0.01 for centimetres. 0 = not told. It changes no number of the shell: sw_model_precompute logs a warning where the
-    /// shell's own weight on Earth moves it by less than 1e-5 of its size, or bends it as no film bends, and SwModelInfo says by how much.
+    /// shell's own weight on Earth moves it by less than 1e-5 of its size, or bends it as no film bends, and SwModelInfo says by how much. A modulus in
+    /// GPa shows so, too.
     pub metres_per_unit: f64,
     /// Yield angles in rad (n_creases), positive: how far the angle of a crease comes from its rest angle elastically. Where a step or an equilibrium ends
     /// further from it, the state's own rest angle has followed to this far: a fold that stays. Infinite = elastic. NULL = infinite for all. States take their rest angles along when they are

@@ -192,6 +192,14 @@ pub unsafe extern "C" fn sw_model_create(
                 );
                 log(SW_LOG_WARNING, &message);
             }
+            if let Some(thickness) = shell.as_thick_as_wide() {
+                let (size, part) = (shell.mesh.size, thickness / shell.mesh.size);
+                let message = format!(
+                    "the sheet is {thickness:?} thick, {part:.2} of the mesh's size of {size:.3e}: thin-shell theory holds below a tenth. \
+                    Is thickness in the mesh's unit, and not exchanged for poisson?"
+                );
+                log(SW_LOG_WARNING, &message);
+            }
             let content = ModelContent { shell, model: None, unit, weight: None };
             put(model, Box::into_raw(Box::new(SwModel(RwLock::new(content)))));
         }

@@ -329,7 +329,8 @@ pub unsafe extern "C" fn sw_state_set_frequency(state: *mut SwState, hertz: f64,
 /// the equilibrium of the present gravity and loads. The state is there then, as after sw_state_equilibrium. By the state's own method, and so as near as that
 /// is: take SW_METHOD_SHELL_IMPLICIT for a stiffness that all methods share. Takes three to six equilibria, more where the first are not found.
 /// `tolerance` is relative to `length`; 0 = 0.01. *factor is then that factor; `factor` may be NULL. Allocates.
-/// Errors, which change nothing: SW_ERROR_INVALID_ARGUMENT, also where nothing moves or no factor is found by which it sags so far; as sw_state_equilibrium.
+/// Errors, which change nothing: SW_ERROR_INVALID_ARGUMENT, also where nothing moves, no factor is found by which it sags so far, or only one by
+/// which an edge stretches to more than twice its length; as sw_state_equilibrium.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sw_state_set_sag(
     state: *mut SwState,

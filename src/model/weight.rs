@@ -5,6 +5,7 @@
 
 use super::Model;
 use crate::Vec3;
+use crate::material::Elasticity;
 
 /// Of the Earth, m/s².
 pub const EARTH: f64 = 9.80665;
@@ -29,6 +30,8 @@ pub struct OwnWeight {
     size: f64,
     /// It falls or swings freely, so that it bends by its weight in part or not at all.
     freely: bool,
+    /// It is of engineering units, so that a modulus or a density may be in a wrong one, too.
+    sheet: bool,
 }
 
 impl OwnWeight {
@@ -60,6 +63,7 @@ impl OwnWeight {
             turns: if modal.is_linear() { 0.0 } else { told(turns) },
             size,
             freely: modal.zero_modes > 0,
+            sheet: matches!(model.shell.material, Elasticity::Koiter(_)),
         }
     }
 
@@ -67,7 +71,8 @@ impl OwnWeight {
     pub fn doubt(&self) -> Option<String> {
         let Self { metres_per_unit, moves, turns, size, freely, .. } = *self;
         let within = size / libm::cbrt(6.0 * turns);
-        let unit = format!("the mesh is {size:.2e} m wide by metres_per_unit {metres_per_unit:?}");
+        let unit =
+            format!("the mesh is {size:.2e} m wide by metres_per_unit {metres_per_unit:?}{}", self.units_of_a_sheet());
         if moves > 0.0 && moves < UNMOVED && !freely {
             return Some(format!(
                 "its own weight moves the shell by {moves:.1e} of its size at most: are lengths in metres? {unit}"
@@ -77,6 +82,14 @@ impl OwnWeight {
             format!("its own weight turns the shell by {turns:.1e} rad to first order, so that it bends within {within:.1e} m: softer than a film. {unit}")
         })
     }
+
+    fn units_of_a_sheet(&self) -> &'static str {
+        match (self.sheet, self.metres_per_unit == 1.0) {
+            (false, _) => "",
+            (true, true) => "; young is in Pa and volume_density in kg/m^3",
+            (true, false) => "; young is in Pa times metres_per_unit, volume_density in kg/m^3 times its cube",
+        }
+    }
 }
 
 #[cfg(test)]
@@ -84,7 +97,7 @@ mod tests {
     use super::*;
 
     fn doubt(size: f64, moves: f64, turns: f64) -> Option<String> {
-        OwnWeight { metres_per_unit: 1.0, gravity: EARTH, moves, turns, size, freely: false }.doubt()
+        OwnWeight { metres_per_unit: 1.0, gravity: EARTH, moves, turns, size, freely: false, sheet: false }.doubt()
     }
 
     /// Turns by L³/(6 ℓ³) of a metre of cloth (ℓ = 2 cm), of a plastic bag (1 cm) and of a leaf of 10 cm that is 10 m wide by a mistake.
@@ -97,8 +110,19 @@ mod tests {
         assert!(doubt(0.1, 8e-6, 1e-5).unwrap().contains("are lengths in metres"));
         assert_eq!(doubt(0.1, 2e-5, 1e-5), None);
         assert_eq!(doubt(0.1, 0.0, 0.0), None, "nothing swings: nothing is known");
-        let falling =
-            OwnWeight { metres_per_unit: 1.0, gravity: EARTH, moves: 1e-12, turns: 0.0, size: 0.1, freely: true };
+        let falling = OwnWeight {
+            metres_per_unit: 1.0,
+            gravity: EARTH,
+            moves: 1e-12,
+            turns: 0.0,
+            size: 0.1,
+            freely: true,
+            sheet: true,
+        };
         assert_eq!(falling.doubt(), None, "what falls is not bent");
+        let stiff = OwnWeight { freely: false, ..falling };
+        assert!(stiff.doubt().unwrap().ends_with("; young is in Pa and volume_density in kg/m^3"));
+        assert!(OwnWeight { metres_per_unit: 0.01, ..stiff }.doubt().unwrap().contains("Pa times metres_per_unit"));
+        assert!(!OwnWeight { sheet: false, ..stiff }.doubt().unwrap().contains("young"));
     }
 }

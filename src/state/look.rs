@@ -3,10 +3,10 @@
 //! A sag goes with the inverse of the stiffness while it is small, and ever less when it is not: in logarithms of both a line of slope −1 that
 //! flattens. The search takes secants there, between the last factor that was too soft and the last that was too stiff.
 
-use super::State;
 use super::stiffness::RANGE;
+use super::{Space, State};
 use crate::error::require_finite;
-use crate::{Error, ErrorKind, Result};
+use crate::{Error, ErrorKind, Result, Vec3};
 
 /// Equilibria at most: a secant takes three to six, halving from a shell that finds none ten more.
 const TRIALS: usize = 30;
@@ -19,6 +19,8 @@ const MISSES: u32 = 8;
 /// Of the mesh's size: a shell that moves less moves by rounding; and so many such factors are tried.
 const UNMOVED: f64 = 1e-11;
 const STILL: u32 = 4;
+/// An edge that stretches by more of its length than this is no sheet's: the sag cannot be had by bending.
+const STRETCH: f64 = 1.0;
 /// What a clamped strip sags over gravity's acceleration by the square of its slowest radian frequency: 12.36/8.
 const STRIP: f64 = 1.545;
 
@@ -85,7 +87,8 @@ impl State {
     }
 
     /// Sets the stiffness by which the vertex that moves furthest is so far from rest in the equilibrium under the present loads, to a relative
-    /// tolerance, and moves there; returns the factor. Fails, changing nothing, where none is found.
+    /// tolerance, and moves there; returns the factor. Fails, changing nothing, where none is found, or only one by which an edge stretches to more than
+    /// twice its length.
     pub fn set_sag(&mut self, length: f64, tolerance: f64) -> Result<f64> {
         require_positive("length", length)?;
         if !(tolerance > 0.0 && tolerance < 1.0) {
@@ -113,6 +116,24 @@ impl State {
         if guess > 0.0 { guess.clamp(RANGE[0], RANGE[1]) } else { present }
     }
 
+    /// The factor, unless the shell hangs so far by its edges' stretch.
+    fn unless_stretched(&self, length: f64, factor: f64) -> Result<f64> {
+        let mut x = vec![Vec3::zeros(); self.model.shell.mesh.positions.len()];
+        self.positions(Space::Frame, |v, place| x[v] = place);
+        let rest = self.model.shell.given();
+        let span = |x: &[Vec3], [a, b]: [u32; 2]| (x[b as usize] - x[a as usize]).norm();
+        let edges = self.model.shell.mesh.edges.iter().map(|edge| edge.vertices);
+        let stretch = edges.map(|ends| span(&x, ends) / span(rest, ends) - 1.0).fold(0.0, f64::max);
+        if stretch <= STRETCH {
+            return Ok(factor);
+        }
+        Err(Error::argument(format!(
+            "length: no stiffness was found by which the shell sags by {length:?} without stretching: an edge would be {:.2e} times its length, and the mesh is {:.3e} wide",
+            1.0 + stretch,
+            self.model.shell.mesh.size
+        )))
+    }
+
     fn find_sag(&mut self, length: f64, tolerance: f64) -> Result<f64> {
         let mut factor = libm::log(self.first_factor(length));
         let (mut search, mut sag, mut still) = (Search::new(factor), 0.0, 0);
@@ -135,7 +156,7 @@ impl State {
                 sag = unmoved;
             }
             if (sag / length - 1.0).abs() <= tolerance {
-                return Ok(taken);
+                return self.unless_stretched(length, taken);
             }
             let now = Tried { factor, sag: libm::log(sag / length) };
             let at_an_end = if now.sag > 0.0 { factor >= stiffest } else { factor <= softest };

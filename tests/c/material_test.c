@@ -334,7 +334,7 @@ static void a_wrong_unit_shows_in_what_the_weight_does(void) {
   SwMaterialDesc stiff = sheet;
   stiff.young = 7e13;
   info = weighed(stiff, 4, 1, &heard);
-  CHECK(heard.count == 1 && strstr(heard.last, "are lengths in metres") && info.weight_moves < 1e-5);
+  CHECK(heard.count == 2 && strstr(heard.last, "are lengths in metres") && strstr(heard.last, "young is in Pa") && info.weight_moves < 1e-5);
   /* (E h^2/(12 rho g))^(1/3), the length within which it bends: 1.3 mm. */
   SwMaterialDesc limp = sheet;
   limp.young = 7e6;
@@ -366,6 +366,25 @@ static void a_sheet_too_thick_for_its_curvature_is_warned_of(void) {
     OK(sw_model_create(&mesh, &sheet, NULL, &model));
     OK(sw_set_log_callback(NULL, NULL));
     CHECK(heard.count == k && (k == 0 || strstr(heard.last, "thicker than a tenth of its radius of curvature")));
+    sw_model_destroy(model);
+  }
+}
+
+/* Beyond a tenth of the strip's 4 m, as where thickness and Poisson's ratio change places. */
+static void a_sheet_too_thick_for_its_size_is_warned_of(void) {
+  const Strip strip = make_strip();
+  const SwMeshDesc mesh = strip_mesh(&strip);
+  const double thicknesses[2] = {0.35, 0.45};
+  for (int k = 0; k < 2; ++k) {
+    SwMaterialDesc sheet = aluminium(0);
+    SwModel *model = NULL;
+    Heard heard;
+    sheet.thickness = thicknesses[k];
+    memset(&heard, 0, sizeof heard);
+    OK(sw_set_log_callback(hear, &heard));
+    OK(sw_model_create(&mesh, &sheet, NULL, &model));
+    OK(sw_set_log_callback(NULL, NULL));
+    CHECK(heard.count == k && (k == 0 || strstr(heard.last, "of the mesh's size")));
     sw_model_destroy(model);
   }
 }
@@ -663,6 +682,7 @@ int main(void) {
   RUN(what_is_no_preset_is_refused);
   RUN(a_wrong_unit_shows_in_what_the_weight_does);
   RUN(a_sheet_too_thick_for_its_curvature_is_warned_of);
+  RUN(a_sheet_too_thick_for_its_size_is_warned_of);
   RUN(entries_that_are_no_numbers_are_named);
   RUN(a_unit_that_is_none_is_refused);
   RUN(maps_of_equal_values_are_the_constant);

@@ -116,3 +116,17 @@ fn what_cannot_be_is_refused_and_changes_nothing() {
         assert!(state.stiffness() == 4.0 && positions(&state) == before, "{method:?}");
     }
 }
+
+/// The strip hangs straight down from its end at most: a quarter turn, √2 of its length. Half its length further it would have to stretch, by far more at the support.
+#[test]
+fn a_sag_beyond_what_bending_gives_is_refused() {
+    let mut state = hanging(&model(1.0), Method::ImplicitShell);
+    let before = positions(&state);
+    for share in [2.0, 3.5] {
+        let error = state.set_sag(share * LENGTH, 1e-3).unwrap_err();
+        let told = error.message.contains("without stretching: an edge would be");
+        assert!(error.kind == ErrorKind::InvalidArgument && told, "{share}: {error}");
+        assert!(state.stiffness() == 1.0 && positions(&state) == before);
+    }
+    state.set_sag(LENGTH, 1e-3).unwrap();
+}
