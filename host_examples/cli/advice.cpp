@@ -102,6 +102,7 @@ std::string stillness(const Summary &summary) {
 std::string change_of_stiffness(const Scene &scene, bool softer) {
   const char *how = softer ? "softens" : "stiffens", *which = softer ? "lower" : "higher";
   if (scene.material.sheet) return format("a %s --thickness (thickness) %s it", softer ? "smaller" : "larger", how);
+  if (scene.material.sag > 0) return format("a %s --sag (sag) %s it", softer ? "larger" : "smaller", how);
   if (scene.material.frequency > 0) return format("a %s --frequency (frequency) %s it", which, how);
   return format("a %s --frequency (frequency) %s it, and --material NAME (preset) takes a known sheet", which, how);
 }

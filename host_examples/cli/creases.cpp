@@ -55,6 +55,7 @@ std::vector<Edge> read_edge_list(const std::string &path) {
 
 MaterialCrease read_crease(Section section, std::vector<std::string> &inputs) {
   MaterialCrease crease;
+  crease.place = section.place();
   if (const std::vector<double> b = section.numbers("box", 6); !b.empty()) crease.box = Bounds{{b[0], b[1], b[2]}, {b[3], b[4], b[5]}};
   crease.edges = read_edges(section);
   if (const auto file = section.file("list")) {
@@ -87,8 +88,8 @@ std::map<Edge, uint32_t> edges_of(const Mesh &mesh) {
 }
 
 // The named edge, if there is one that can fold.
-Edge checked(const Edge &named, const std::map<Edge, uint32_t> &edges, const Mesh &mesh) {
-  const std::string name = "material crease: edge " + std::to_string(named[0]) + "-" + std::to_string(named[1]);
+Edge checked(const std::string &place, const Edge &named, const std::map<Edge, uint32_t> &edges, const Mesh &mesh) {
+  const std::string name = place + " edge " + std::to_string(named[0]) + "-" + std::to_string(named[1]);
   const uint32_t n = mesh.vertices_of_file();
   if (named[0] >= n || named[1] >= n) throw std::runtime_error(name + ": the mesh has " + std::to_string(n) + " vertices");
   const auto found = edges.find(ordered(mesh.of(named[0]), mesh.of(named[1])));
@@ -99,17 +100,17 @@ Edge checked(const Edge &named, const std::map<Edge, uint32_t> &edges, const Mes
 
 std::vector<Edge> edges_at(const MaterialCrease &crease, const std::map<Edge, uint32_t> &edges, const Mesh &mesh) {
   std::vector<Edge> found;
-  for (const Edge &named : crease.edges) found.push_back(checked(named, edges, mesh));
+  for (const Edge &named : crease.edges) found.push_back(checked(crease.place, named, edges, mesh));
   if (!crease.box) return found;
   const std::size_t named = found.size();
   Support where;
   where.box = crease.box;
-  const std::vector<uint32_t> list = find_vertices(where, mesh, "material crease");
+  const std::vector<uint32_t> list = find_vertices(where, mesh, crease.place);
   const std::set<uint32_t> inside(list.begin(), list.end());
   for (const auto &[edge, triangles] : edges)
     if (triangles >= 2 && inside.count(edge[0]) && inside.count(edge[1])) found.push_back(edge);
   if (found.size() == named)
-    throw std::runtime_error("material crease: the box holds " + std::to_string(inside.size()) + " vertices, but no edge between two triangles");
+    throw std::runtime_error(crease.place + " the box holds " + std::to_string(inside.size()) + " vertices, but no edge between two triangles");
   return found;
 }
 

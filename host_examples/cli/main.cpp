@@ -280,7 +280,7 @@ void add_simulate_options(CLI::App &app, SimulateOptions &o) {
       ->excludes("--frequency");
   app.add_option("--thickness", o.thickness, "Of the sheet; with --frequency or --sag: how much rather it bends than stretches (a 200th of the size)")
       ->check(positive());
-  app.add_option("--density", o.scene.material.density, "Mass an area (1)")->check(number());
+  app.add_option("--density", o.scene.material.density, "Mass an area (1)")->check(positive());
   add_sheet_options(app, o);
   app.add_option("--damping-ratio", o.scene.damping.ratio, "Of critical, the same for every mode (0)")->check(number());
   app.add_option("--obj-frames", o.scene.obj_frames, "How many frames of largest displacement become OBJ files (3)");
@@ -300,6 +300,7 @@ void apply_sheet(const SimulateOptions &o, Material &m) {
   m.poisson = o.poisson.value_or(m.poisson);
   m.thickness = o.thickness.value_or(m.thickness);
   m.volume_density = o.volume_density.value_or(m.volume_density);
+  if (const std::string none = resists_nothing(m); !none.empty()) throw std::runtime_error("--k-area, --k-length, --k-bend: " + none);
 }
 
 // What people call a unit of so many metres.

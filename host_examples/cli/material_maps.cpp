@@ -55,6 +55,7 @@ void read_files(Section section, Material &material, std::vector<std::string> &i
 
 MaterialRegion read_region(Section section, const Material &material, std::vector<std::string> &inputs) {
   MaterialRegion region;
+  region.place = section.place();
   region.where = read_where(section, inputs);
   for (const Quantity &q : kQuantities) {
     if (!section.find(q.key)) continue;
@@ -67,13 +68,13 @@ MaterialRegion read_region(Section section, const Material &material, std::vecto
   return region;
 }
 
-void set_region(const std::vector<uint32_t> &vertices, double value, const Mesh &mesh, MaterialFile &map) {
+void set_region(const std::string &place, const std::vector<uint32_t> &vertices, double value, const Mesh &mesh, MaterialFile &map) {
   const char *key = quantity_of(map.quantity).key;
   if (map.values.size() != mesh.n_vertices())
     throw std::runtime_error(map.path + ": " + key + " is given by triangles, so no region can have its own");
   for (const uint32_t v : vertices) {
     if (v >= mesh.n_vertices())
-      throw std::runtime_error(std::string("a region of ") + key + " names vertex " + std::to_string(v) + "; the mesh has " +
+      throw std::runtime_error(place + " a region of " + key + " names vertex " + std::to_string(v) + "; the mesh has " +
                                std::to_string(mesh.n_vertices()));
     map.values[v] = value;
   }
@@ -132,9 +133,9 @@ std::vector<MaterialFile> material_maps(const Material &material, const Mesh &me
   std::vector<MaterialFile> maps = material.files;
   for (MaterialFile &map : maps) fit(map, mesh);
   for (const MaterialRegion &region : material.regions) {
-    const std::vector<uint32_t> vertices = find_vertices(region.where, mesh, "material region");
+    const std::vector<uint32_t> vertices = find_vertices(region.where, mesh, region.place);
     for (const auto &[quantity, value] : region.values)
-      set_region(vertices, value, mesh, map_of(quantity, material, mesh, maps));
+      set_region(region.place, vertices, value, mesh, map_of(quantity, material, mesh, maps));
   }
   return maps;
 }

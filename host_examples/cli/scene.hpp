@@ -52,6 +52,7 @@ struct MaterialFile {
 struct MaterialRegion {
   Support where;
   std::vector<std::pair<uint32_t, double>> values;  // SW_MAP_... and its value
+  std::string place = "material region";            // in messages
 };
 
 // Edges that bend by another stiffness, rest at another angle, or yield, unlike the sheet: those named, and those within a box.
@@ -61,6 +62,7 @@ struct MaterialCrease {
   double factor = 1;
   std::optional<double> angle{};  // rad; else as the mesh has it
   std::optional<double> yield{};  // rad; else it does not
+  std::string place = "material crease";  // in messages
 };
 
 // By the paper's constants, or as a sheet in engineering units.

@@ -29,6 +29,8 @@ public:
     throw FileError(path_, at.source().begin.line, (name_.empty() ? "" : "[" + name_ + "] ") + what);
   }
   [[noreturn]] void fail(const std::string &what) const { fail(table_, what); }
+  // File, line and name, for what is found wrong when the mesh is known.
+  std::string place() const { return path_ + ":" + std::to_string(table_.source().begin.line) + ": [" + name_ + "]"; }
   const toml::node &table() const { return table_; }
 
   const toml::node *find(const char *key) {

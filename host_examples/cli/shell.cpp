@@ -246,7 +246,11 @@ static void scale_stiffness(double factor, Material &material) {
 static double factor_of_sag(const Scene &scene, const shellwarp::Model &model) {
   const auto &g = scene.gravity;
   if (g[0] == 0 && g[1] == 0 && g[2] == 0) throw std::runtime_error("--sag (sag) goes with gravity, and there is none: --up, --gravity (gravity)");
-  return host::stiffness_of_sag(model, g, scene.material.sag);
+  try {
+    return host::stiffness_of_sag(model, g, scene.material.sag);
+  } catch (const shellwarp::Error &error) {
+    throw std::runtime_error("--sag (sag): " + std::string(error.what()));
+  }
 }
 
 // All stiffnesses by one factor change all frequencies by its root.

@@ -36,6 +36,7 @@
 #include <fstream>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace {
@@ -1118,6 +1119,8 @@ void the_closing_words_say_what_moved_and_what_to_change() {
   scene.scale = 0.01;
   const std::string again = words_of(scene, run_that_moved(2e-5));
   CHECK(again.find("a lower --frequency (frequency) softens it\n") != std::string::npos && again.find("--scale") == std::string::npos);
+  std::swap(scene.material.frequency, scene.material.sag);
+  CHECK(words_of(scene, run_that_moved(2e-5)).find("a larger --sag (sag) softens it\n") != std::string::npos);
   scene.material.sheet = true;
   CHECK(words_of(scene, run_that_moved(2e-5)).find("a smaller --thickness (thickness) softens it\n") != std::string::npos);
   const std::string fallen = words_of(scene, run_that_moved(50), 9, {}, {}, 6);
@@ -1315,6 +1318,39 @@ void a_bad_map_is_named() {
   CHECK(says("[[material.region]]\nside = 'low-x'\nthickness = -1\n", "material.toml:9: [material.region] thickness must be greater"));
   CHECK(says("[[material.region]]\nside = 'low-x'\n", "material.toml:7: [material.region] give a young"));
   CHECK(says("[[material.region]]\nvertices = [999999]\nyoung = 1\n", "a region of young names vertex 999999"));
+}
+
+// Where the line is told of numbers that are wrong, misspelt, missing, or need not be there; and of edges that the mesh does not have.
+void bad_numbers_of_a_material_are_named_with_their_line() {
+  const auto says = [](const std::string &lines, const std::string &words) {
+    std::string error;
+    try {
+      const cli::Scene scene = scene_of_material(lines);
+      cli::material_maps(scene.material, strip_as_mesh());
+      cli::find_creases(scene.material, strip_as_mesh());
+    } catch (const std::runtime_error &refused) {
+      error = refused.what();
+    }
+    const bool said = words.empty() ? error.empty() : error.find(words) != std::string::npos;
+    if (!said) std::fprintf(stderr, "  said '%s', not '%s'\n", error.c_str(), words.c_str());
+    return said;
+  };
+  CHECK(says("k_area = 0\nk_length = 0\nk_bend = 0\n", "material.toml:5: [material] k_area, k_length and k_bend are all 0"));
+  CHECK(says("k_area = 0\nk_length = 0\n", ""));
+  CHECK(says("density = 0\n", "material.toml:3: [material] density must be greater than 0"));
+  CHECK(says("young = 7e10\npoisson = 0.6\nthickness = 1e-3\nvolume_density = 2700\n", "material.toml:4: [material] poisson must be above -1"));
+  CHECK(says("young = 7e10\npoisson = 0.3\nthickness = 0\nvolume_density = 2700\n", "material.toml:5: [material] thickness must be greater than 0"));
+  CHECK(says("young = -1\npoisson = 0.3\nthickness = 1\nvolume_density = 2700\n", "material.toml:3: [material] young must be greater than 0"));
+  CHECK(says("yong = 7e10\npoisson = 0.3\nthickness = 1e-3\nvolume_density = 2700\n", "material.toml:3: [material] unknown key 'yong'; did you mean 'young'"));
+  CHECK(says("young = 7e10\npoisson = 0.3\nvolume_density = 2700\n", "[material] thickness is missing"));
+  std::string values;
+  for (uint32_t v = 0; v < strip_as_mesh().n_vertices(); ++v) values += "2e-3\n";
+  write_file("by_map.txt", values);
+  const std::string of_map = "young = 7e10\npoisson = 0\nvolume_density = 2700\n[material.map]\nthickness = 'by_map.txt'\n";
+  CHECK(says(of_map, "") && slowest_of_material(of_map) == slowest_of_material("thickness = 1\n" + of_map));
+  CHECK(says("k_bend = 1\n[[material.crease]]\nedges = [[0, 999999]]\nfactor = 0\n", "material.toml:4: [material.crease] edge 0-999999: the mesh has"));
+  CHECK(says("k_bend = 1\n[[material.crease]]\nbox = [8, 8, 8, 9, 9, 9]\nfactor = 0\n", "material.toml:4: [material.crease] box "));
+  CHECK(says("k_bend = 1\n[[material.region]]\nvertices = [999999]\nk_bend = 1\n", "material.toml:4: [material.region] a region of k_bend names"));
 }
 
 std::vector<double> rest_of(const cli::Scene &scene, const cli::Mesh &mesh) {
@@ -1522,7 +1558,7 @@ void a_bad_crease_is_named() {
   CHECK(says(crease + "edges = [[0, 99]]\nfactor = 2\n", "edge 0-99 is none of the mesh"));
   CHECK(says(crease + "edges = [[0, 1]]\nfactor = 2\n", "edge 0-1 has only one triangle"));
   CHECK(says(crease + "box = [-1, -1, -1, 0.01, 1, 1]\nfactor = 2\n", "the box holds 3 vertices, but no edge between two triangles"));
-  CHECK(says(crease + "box = [7, 7, 7, 8, 8, 8]\nfactor = 2\n", "material crease box (7 7 7) to (8 8 8) holds no vertex"));
+  CHECK(says(crease + "box = [7, 7, 7, 8, 8, 8]\nfactor = 2\n", "[material.crease] box (7 7 7) to (8 8 8) holds no vertex"));
   CHECK(says(crease + "list = 'half_edge.txt'\nfactor = 2\n", "half_edge.txt:2: "));
   CHECK(says(crease + "list = 'long_edge.txt'\nfactor = 2\n", "long_edge.txt:1: an edge has two vertices"));
   CHECK(says(crease + "list = 'no_edge.txt'\nfactor = 2\n", "no_edge.txt: names no edge"));
@@ -1847,6 +1883,7 @@ int main(int argc, char **argv) {
   RUN(a_sheet_too_thick_for_its_curvature_is_told_of);
   RUN(a_bad_crease_is_named);
   RUN(a_bad_map_is_named);
+  RUN(bad_numbers_of_a_material_are_named_with_their_line);
   RUN(a_material_by_frequency_has_that_frequency);
   RUN(a_material_by_sag_hangs_so_far);
   RUN(a_comparison_is_judged_row_by_row);

@@ -29,6 +29,8 @@ def read_material(settings, scene, package, rest, triangles):
     if settings.material in ("FREQUENCY", "SAG"):
         return package.look.sheet_of(rest, triangles, settings.density, settings.thickness / metres(scene))
     if settings.material == "CONSTANTS":
+        if not (settings.k_area or settings.k_length or settings.k_bend):
+            raise Refused("bending, stretch and area are all 0, so that nothing resists anything: set one")
         return package.Material(settings.k_area, settings.k_length, settings.k_bend, settings.density)
     unit = metres(scene)
     grain = {"young_across": settings.young_across * unit, "shear": settings.shear * unit}

@@ -148,6 +148,12 @@ class Constants(Case):
         play(1)
         self.assertLess(numpy.abs(run_of(obj).model.frequencies() / whole - 0.5).max(), 1e-5)
 
+    def test_three_zeros_are_refused(self):
+        obj = add_strip()
+        obj.shellwarp.k_bend = obj.shellwarp.k_length = obj.shellwarp.k_area = 0
+        self.scene.frame_set(1)
+        self.assertIn("bending, stretch and area are all 0", self.message(obj))
+
     def test_shapes_may_be_of_64_bits(self):
         obj = add_strip()
         play(1)

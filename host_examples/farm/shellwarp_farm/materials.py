@@ -96,6 +96,10 @@ def material_of(table, simulated=None, metres_per_unit=1.0):
     if constants and sheet:
         raise SceneError(f"material: {constants[0]} does not go with {sheet[0]}: either the constants or a sheet")
     if not sheet:
+        if all(table.get(key) == 0 for key in ("k_area", "k_length", "k_bend")):
+            raise SceneError("material: k_area, k_length and k_bend are all 0, so that nothing resists anything: give one, or leave all out for the defaults")
+        if not table.get("density", 1) > 0:
+            raise SceneError(f"material: density is {table['density']!r}, expected a number above 0")
         return shellwarp.Material(**{CONSTANTS[key]: float(table[key]) for key in constants})
     own = {key: float(value) for key, value in table.items() if key in SHEET | {"young_across", "shear"}}
     if "direction" in table and "directions" in table:
@@ -104,9 +108,10 @@ def material_of(table, simulated=None, metres_per_unit=1.0):
         raise SceneError(f"material: young_across and {'directions' if 'directions' in table else 'direction'} go together")
     if "preset" in table:
         return dataclasses.replace(shellwarp.Sheet.known(table["preset"], metres_per_unit), **own)
-    if missing := sorted(SHEET - set(table)):
+    mapped = set(table.get("map", {})) - ({"young"} if "young_across" in table else set())   # need not be there besides
+    if missing := sorted(SHEET - set(table) - mapped):
         raise SceneError(f"material: a sheet needs {missing[0]}, or a preset")
-    return shellwarp.Sheet(**own)
+    return shellwarp.Sheet(**{**dict.fromkeys(SHEET, 0.0), **own})
 
 
 def parts_of(table, material, simulated, mesh):

@@ -175,6 +175,19 @@ class Varying(Case):
         with self.assertRaisesRegex(SceneError, "sag goes with gravity"):
             model_tables(self.jobs("", LIST.replace(OLD, "{ sag = 0.02 }").replace("gravity = [0, 0, -9.8]", "gravity = [0, 0, 0]"))["one"])
 
+    def test_zeros_that_would_become_defaults_are_refused_and_what_a_map_has_need_not_be_there(self):
+        for material, message in (("{ k_area = 0.0, k_length = 0.0, k_bend = 0.0 }", "k_area, k_length and k_bend are all 0"),
+                                  ("{ density = 0.0 }", "density is 0.0, expected a number above 0")):
+            with self.subTest(message), self.assertRaisesRegex(SceneError, message):
+                self.shell(material)
+        self.assertEqual(self.shell("{ k_area = 0.0, k_bend = 0.0 }")[0].material.bend, 0)
+        self.write("sheet.txt", [1e-3] * N)
+        sheet = "{ young = 3e9, poisson = 0.3, volume_density = 700.0"
+        mapped = self.shell(sheet + ', map = { thickness = "sheet.txt" } }')[0]
+        self.assertEqual((mapped.material.thickness, mapped.maps["thickness"][0]), (0, 1e-3))
+        with self.assertRaisesRegex(SceneError, "a sheet needs thickness"):
+            self.shell(sheet + " }")
+
     def test_what_cannot_vary_is_named(self):
         self.write("short.txt", [1.0, 2.0])
         self.write("none.txt", [0.0] * N)
