@@ -1,6 +1,6 @@
 """Real-time thin shells by modal warping: a thin layer over the C library, numpy arrays in and out.
 
-    shell = Shell(positions, triangles, Material(bend=2.7e-3, density=0.3), clamped=[0, 1, 2])
+    shell = Shell(positions, triangles, Sheet.known("card"), clamped=[0, 1, 2])   # in metres
     with Model(shell) as model:
         model.precompute(modes=16)
         with model.state() as state:
@@ -10,7 +10,7 @@
 
 Every name, unit and rule is that of include/shellwarp.h, which says more about each. Failures raise ShellwarpError, whose
 text is the library's own message. Calls release Python's global lock, so states step in parallel on threads; one state
-belongs to one thread at a time, and a violation raises BusyError.
+belongs to one thread at a time, and a violation raises BusyError. What the library warns of is a ShellwarpWarning.
 """
 
 from . import _abi as abi
@@ -20,7 +20,7 @@ from .collider import Collider
 from ._library import library_path, load, version
 from .errors import (BusyError, CancelledError, InternalError, InvalidArgumentError, InvalidDataError, InvalidMeshError,
                      LibraryNotFoundError, NotPrecomputedError, NumericalError, OutOfMemoryError, ShellwarpError,
-                     UnsupportedError)
+                     ShellwarpWarning, UnsupportedError)
 from .log import set_log
 from .mesh import Diagnostic, Material, Sheet, Shell, check_mesh, directions_of_uvs, presets
 from .method import Method, methods
@@ -30,4 +30,4 @@ from .state import State
 
 __all__ = ["Binding", "BusyError", "CancelledError", "Collider", "Diagnostic", "InternalError", "InvalidArgumentError", "InvalidDataError",
            "InvalidMeshError", "LibraryNotFoundError", "Material", "Method", "Model", "NotPrecomputedError", "NumericalError", "OutOfMemoryError",
-           "Proxy", "Sheet", "Shell", "ShellwarpError", "State", "UnsupportedError", "abi", "check_mesh", "directions_of_uvs", "library_path", "load", "look", "method", "methods", "presets", "set_log", "version"]
+           "Proxy", "Sheet", "Shell", "ShellwarpError", "ShellwarpWarning", "State", "UnsupportedError", "abi", "check_mesh", "directions_of_uvs", "library_path", "load", "look", "method", "methods", "presets", "set_log", "version"]

@@ -6,6 +6,7 @@ library folder of the checkout or installation that this package lies in, and la
 
 import ctypes
 import os
+import re
 import sys
 import threading
 from pathlib import Path
@@ -26,6 +27,8 @@ def load(path: "str | os.PathLike[str] | None" = None) -> ctypes.CDLL:
     with _lock:
         if _loaded is None:
             _loaded = _open(path)
+            from . import log  # which uses this module
+            log._set(_loaded, log.warn)
         elif path is not None and not _same_file(path, _loaded._name):
             raise LibraryNotFoundError(f"{_loaded._name} is loaded already; {path} would need a new process")
         return _loaded
@@ -46,8 +49,13 @@ def call(name, *arguments):
     library = load()
     status = getattr(library, name)(*arguments)
     if status != _abi.SW_OK:
-        message = library.sw_last_error_message().decode("utf-8", "replace")
+        message = _in_python(library.sw_last_error_message().decode("utf-8", "replace"))
         raise CLASSES.get(status, ShellwarpError)(message, status)
+
+
+def _in_python(message):
+    """A message without C's names of structs and lengths: "material->young_across" is young_across here, "desc->n_factors" the number of factors."""
+    return re.sub(r"\b[a-z_]+->", "", re.sub(r"\b[a-z_]+->n_([a-z_]+)", r"the number of \1", message))
 
 
 def initialised(struct):

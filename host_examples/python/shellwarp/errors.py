@@ -14,6 +14,10 @@ class ShellwarpError(Exception):
         return type(self), (str(self), self.status)
 
 
+class ShellwarpWarning(UserWarning):
+    """What the library warns of: numbers that are most likely not meant. See set_log."""
+
+
 class LibraryNotFoundError(ShellwarpError, OSError):
     """libshellwarp was not found, could not be loaded, or is too old."""
 

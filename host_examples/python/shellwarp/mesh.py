@@ -20,7 +20,7 @@ QUANTITIES = {"k_area": _abi.SW_MAP_K_AREA, "k_length": _abi.SW_MAP_K_LENGTH, "k
 
 @dataclass(frozen=True)
 class Material:
-    """The paper's constants, of SwMaterialDesc. A stiffness of 0 is one of 0."""
+    """The paper's constants, of SwMaterialDesc. A stiffness of 0 is one of 0; not all three can be, nor the density."""
 
     area: float = 1e4      # k_A, energy per area
     length: float = 1e4    # k_L, energy per length
@@ -29,6 +29,10 @@ class Material:
 
     def desc(self) -> _abi.SwMaterialDesc:
         desc = _library.initialised(_abi.SwMaterialDesc)
+        if not (self.area or self.length or self.bend):  # which the library takes for its defaults, as it does a density of 0
+            raise InvalidArgumentError("area, length and bend are all 0, so that nothing resists anything: give one, or leave all out for the defaults")
+        if not self.density:
+            raise InvalidArgumentError("density is 0: it must be above 0")
         desc.k_area, desc.k_length, desc.k_bend, desc.area_density = self.area, self.length, self.bend, self.density
         return desc
 
@@ -43,6 +47,7 @@ class Sheet:
     volume_density: float  # mass per volume
     young_across: float = 0.0  # E across Shell.directions, where `young` is that along and `poisson` what stretching along takes away across; 0: isotropic
     shear: float = 0.0     # G between the two; 0: Huber's estimate
+    metres_per_unit: float = 1.0  # in whose unit the numbers are: 0.01 for centimetres, where `young` is in kg/(cm s^2). For warnings alone
 
     @classmethod
     def known(cls, name: str, metres_per_unit: float = 1.0) -> "Sheet":
@@ -52,7 +57,7 @@ class Sheet:
             raise InvalidArgumentError(f"no known material is called {name!r}; there are {', '.join(names)}")
         desc = _library.initialised(_abi.SwMaterialDesc)
         _library.call("sw_preset_material", names.index(name), float(metres_per_unit), byref(desc))
-        return cls(desc.young, desc.poisson, desc.thickness, desc.volume_density)
+        return cls(desc.young, desc.poisson, desc.thickness, desc.volume_density, metres_per_unit=float(metres_per_unit))
 
     def desc(self) -> _abi.SwMaterialDesc:
         desc = _library.initialised(_abi.SwMaterialDesc)
@@ -88,7 +93,7 @@ class Shell:
     tie_distance: float = 0.0                   # pieces within this distance of each other are tied, stiffly
     axes: "Mapping[int, str | ArrayLike]" = field(default_factory=dict)  # held along axes alone: "xz", or a direction, or some of them, by vertex
     symmetric: "Mapping[int, str | ArrayLike]" = field(default_factory=dict)  # the same on planes of symmetry, by their normals: held along them, and so is the slope
-    metres_per_unit: float = 0.0                # of lengths: 1, 0.01 for centimetres; 0: not told. A wrong unit then shows in a warning (set_log) and in info()
+    metres_per_unit: "float | None" = None      # of lengths: 1, 0.01 for centimetres; 0: not told; None: a Sheet's own, and of a Material not told. A wrong unit, or GPa for Pa, then shows in a warning and in info()
 
     def mesh_desc(self) -> tuple[_abi.SwMeshDesc, tuple[Array, ...]]:
         """The SwMeshDesc and the arrays that it points into, which must outlive it."""
@@ -102,7 +107,8 @@ class Shell:
     def material_desc(self) -> tuple[_abi.SwMaterialDesc, tuple[Any, ...]]:
         """The SwMaterialDesc and what it points into, which must outlive it."""
         desc = self.material.desc()
-        desc.metres_per_unit = self.metres_per_unit
+        own = self.material.metres_per_unit if isinstance(self.material, Sheet) else 0.0
+        desc.metres_per_unit = own if self.metres_per_unit is None else self.metres_per_unit
         maps = (_abi.SwMaterialMap * len(self.maps))()
         kept: list[Any] = [maps]
         for item, (name, given) in zip(maps, self.maps.items()):

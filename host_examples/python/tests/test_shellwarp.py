@@ -593,6 +593,30 @@ class Running(unittest.TestCase):
             sw.set_log(None)
         self.assertIn(ZeroDivisionError, unraisable)
 
+    def test_without_a_receiver_warnings_are_pythons_own_and_name_the_callers_line(self):
+        script = """if True:
+            import warnings, numpy, shellwarp as sw
+            grid = numpy.array([[0.01 * i, 0.01 * j, 0] for i in range(11) for j in range(4)])
+            squares = [4 * i + j for i in range(10) for j in range(3)]
+            triangles = [t for a in squares for t in ((a, a + 4, a + 5), (a, a + 5, a + 1))]
+            with warnings.catch_warnings(record=True) as caught:
+                warnings.simplefilter("always")
+                for sheet in (sw.Sheet(3e9, 0.3, 4e-4, 750), sw.Sheet(3, 0.3, 4e-4, 750), sw.Sheet(3e9, 4e-4, 0.3, 750), sw.Sheet.known("card", 0.01)):
+                    shell = sw.Shell(grid / sheet.metres_per_unit, triangles, sheet, fixed=range(8))
+                    sw.Model(shell).precompute(4, reduced_fields=0)
+                    print([(w.category.__name__, w.filename, str(w.message)) for w in caught])
+                    caught.clear()
+            sw.set_log(None)
+            sw.Model(sw.Shell(grid, triangles, sw.Sheet(3e9, 4e-4, 0.3, 750)))
+        """
+        run = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, env=dict(os.environ), timeout=120)
+        self.assertEqual((run.returncode, run.stderr), (0, ""))
+        card, gpa, swapped, centimetres = run.stdout.splitlines()
+        self.assertEqual((card, centimetres), ("[]", "[]"))
+        self.assertIn("('ShellwarpWarning', '<string>', 'its own weight turns the shell", gpa)
+        self.assertIn("young is in Pa", gpa)
+        self.assertIn("of the mesh\'s size", swapped.replace("\\", ""))
+
 
 class Creases(unittest.TestCase):
     def test_a_folded_strip_rests_folded_and_a_rest_shape_curls_it(self):
@@ -678,8 +702,20 @@ class Damping(unittest.TestCase):
                 state.step(0.01)
             ends.append(state.positions())
         self.assertLess(abs(ends[0] - ends[1]).max(), 1e-6)   # positions have 32 bits
-        with self.assertRaisesRegex(sw.InvalidArgumentError, "n_factors is 3"):
+        with self.assertRaisesRegex(sw.InvalidArgumentError, "^the number of factors is 3"):
             state.set_damping(mass=1.0, factors=[1, 1, 1])
+
+
+class Zeros(unittest.TestCase):
+    def test_what_would_become_a_default_is_refused(self):
+        for material, message in [(sw.Material(0, 0, 0), "area, length and bend are all 0"), (sw.Material(density=0), "density is 0")]:
+            with self.assertRaisesRegex(sw.InvalidArgumentError, message):
+                sw.Model(strip.shell(material=material))
+        sw.Model(strip.shell(material=sw.Material(area=0, bend=0))).close()
+
+    def test_messages_have_pythons_names(self):
+        with self.assertRaisesRegex(sw.InvalidArgumentError, "^young_across is given, but the number of directions is 0"):
+            sw.Model(strip.shell(material=sw.Sheet(7e10, 0.3, 1e-3, 2700.0, young_across=7e9)))
 
 
 class Units(unittest.TestCase):
@@ -714,7 +750,7 @@ class Grain(unittest.TestCase):
         # A slender strip without Poisson's ratio: its clamp hardly tells one shear modulus from another.
         self.assertAlmostEqual(slowest(7e10, 7e9, [1, 0, 0]) / stiff, 1, delta=5e-3)
         self.assertAlmostEqual(slowest(7e10, 7e9, directions.astype(numpy.float32)) / soft, 1, delta=5e-3)
-        with self.assertRaisesRegex(sw.InvalidArgumentError, "n_directions is 0"):
+        with self.assertRaisesRegex(sw.InvalidArgumentError, "the number of directions is 0"):
             slowest(7e10, 7e9, None)
         with self.assertRaisesRegex(sw.InvalidArgumentError, "2 directions"):
             slowest(7e10, 7e9, [[1, 0, 0], [0, 1, 0]])
