@@ -228,6 +228,12 @@ SwMaterialDesc sheet_material(const Mesh &mesh, double thickness) {
 static constexpr double kSagTolerance = 1e-3;  // of the length
 static constexpr double kSheet = 0.2;  // kg/m2, which is 1 by frequency and sag
 
+bool has_unused_maps(const Stiffness &stiffness) {
+  if (stiffness.by == Stiffness::By::preset || stiffness.by == Stiffness::By::sheet) return false;
+  const auto varies = [](const std::vector<double> &map) { return std::any_of(map.begin(), map.end(), [](double x) { return x != 1; }); };
+  return varies(stiffness.thickness_map) || varies(stiffness.young_map) || varies(stiffness.density_map);
+}
+
 double force_scale(const Stiffness &stiffness) {
   const double metres = stiffness.metres;
   if (stiffness.by_look()) return 1 / (kSheet * metres * metres * metres);

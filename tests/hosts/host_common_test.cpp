@@ -1058,6 +1058,24 @@ void a_shell_beyond_its_range_and_one_that_floats_are_told() {
   CHECK(contains(runner.notes().warning(), "nothing holds the shell"));
 }
 
+void maps_that_the_stiffness_does_not_take_are_told() {
+  using By = host::Stiffness::By;
+  for (const By by : {By::frequency, By::sag, By::material, By::preset, By::sheet}) {
+    ShellRunner runner;
+    Request request = strip_request();
+    host::Stiffness &s = request.build.stiffness;
+    s.by = by, s.sag = 0.1, s.sag_gravity = {0, 0, -1}, s.thickness = 0.02;
+    const bool takes = by == By::preset || by == By::sheet;
+    s.young_map.assign(STRIP_VERTICES, 1);
+    runner.evaluate(at_frame(request, 0));
+    CHECK(!(runner.notes().warnings() & 512u));
+    s.young_map[0] = 2;
+    runner.evaluate(at_frame(request, 0));
+    CHECK(contains(runner.notes().warning(), "the maps of the thickness, Young's modulus and the density do nothing") == !takes);
+    CHECK(!(runner.notes().warnings() & 512u) == takes);
+  }
+}
+
 struct CommaPoint : std::numpunct<char> {
   char do_decimal_point() const override { return ','; }
   char do_thousands_sep() const override { return '.'; }
@@ -2463,6 +2481,7 @@ int main() {
   RUN(values_out_of_range_are_refused_by_name);
   RUN(after_an_error_the_next_good_evaluation_goes_on);
   RUN(a_shell_beyond_its_range_and_one_that_floats_are_told);
+  RUN(maps_that_the_stiffness_does_not_take_are_told);
   RUN(a_host_with_a_decimal_comma_changes_neither_numbers_nor_messages);
   RUN(envelope_and_weights_take_their_share_of_the_displacement);
   RUN(a_known_material_is_the_librarys_own);

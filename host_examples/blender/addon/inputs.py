@@ -192,7 +192,7 @@ def read_shell(obj, depsgraph):
     maps = materials.read_maps(obj, material)
     fixed, clamped = (group_vertices(obj, name) for name in (settings.fixed_group, settings.clamped_group))
     unit = materials.metres(depsgraph.scene) if materials.is_real(settings) else 0.0
-    folds = creases(obj.data, settings.crease_factors, settings.crease_angles, settings.crease_yields)
+    folds = creases(obj.data, settings.crease_factors, settings.crease_angles, settings.crease_yields, settings.crease_flat)
     unstressed = key_positions(obj.data, settings.rest_shape).astype(numpy.float64) * scale if settings.rest_shape else None
     directions = materials.read_directions(obj, rest, package)
     (axes, symmetric), ties = read_axes(obj), read_ties(settings, obj.data)

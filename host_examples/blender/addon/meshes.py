@@ -56,15 +56,28 @@ def edge_numbers(mesh, name, plain):
     return out
 
 
-def creases(mesh, factors, angles, yields=""):
-    """Edges of another stiffness than the shell's, of a rest angle that is not 0, or that yield: (a, b, factor[, angle[, yield]])."""
+def edge_marks(mesh, name):
+    """Which edges a boolean edge attribute marks, none where none is named."""
+    out = numpy.zeros(len(mesh.edges), bool)
+    if not name:
+        return out
+    attribute = mesh.attributes.get(name)
+    if attribute is None or attribute.domain != "EDGE" or attribute.data_type != "BOOLEAN":
+        raise Refused(f"there is no attribute “{name}” of yes or no an edge")
+    attribute.data.foreach_get("value", out)
+    return out
+
+
+def creases(mesh, factors, angles, yields="", flat=""):
+    """Edges of another stiffness than the shell's, of a rest angle that is not 0 or that rest flat, or that yield: (a, b, factor[, angle[, yield]])."""
+    flat = edge_marks(mesh, flat)
     factors, angles, yields = edge_numbers(mesh, factors, 1.0), edge_numbers(mesh, angles, 0.0), edge_numbers(mesh, yields, 0.0)
     ends = numpy.empty((len(mesh.edges), 2), numpy.int32)
     mesh.edges.foreach_get("vertices", ends.ravel())
-    found = numpy.flatnonzero((factors != 1) | (angles != 0) | (yields != 0))
+    found = numpy.flatnonzero((factors != 1) | (angles != 0) | (yields != 0) | flat)
 
     def more(e):
-        angle = float(angles[e]) if angles[e] != 0 else None
+        angle = 0.0 if flat[e] else float(angles[e]) if angles[e] != 0 else None
         if yields[e] != 0:
             return angle, float(yields[e])
         return () if angle is None else (angle,)

@@ -159,6 +159,8 @@ class ShellwarpSettings(bpy.types.PropertyGroup):
                                    description="Edge attribute whose numbers multiply the stiffness against bending there; 0 turns freely")
     crease_angles: StringProperty(override=OVER, name="Rest angles", options=NOT_KEYED,
                                   description="Edge attribute of the angles at which edges rest, rad, convex on the faces' outside; 0: as the basis has it")
+    crease_flat: StringProperty(override=OVER, name="Flat edges", options=NOT_KEYED,
+                                description="Boolean edge attribute of the edges that rest flat, although the basis is folded there. It goes over the rest angles")
     crease_yields: StringProperty(override=OVER, name="Yield angles", options=NOT_KEYED,
                                   description="Edge attribute of how far edges spring back, rad: what they are folded beyond stays. 0: all springs back. "
                                               "By the reduced shell and the full shell")

@@ -381,6 +381,13 @@ class Materials(Case):
         self.scene.frame_set(1)
         self.assertIn("creases cannot yield", self.message(obj))   # by the warp
         s.crease_yields = ""
+        mesh.attributes.new("plain", "BOOLEAN", "EDGE").data[folds[0]].value = True
+        s.crease_flat = "plain"
+        self.assertEqual(sorted(edge[2:] for edge in self.shell(obj).creases), [(4.0, 0.0), (4.0, 0.5), (4.0, 0.5)])
+        s.crease_flat = "bent"
+        self.scene.frame_set(1)
+        self.assertIn("no attribute “bent” of yes or no", self.message(obj))
+        s.crease_flat = ""
         s.crease_angles = "gone"
         self.scene.frame_set(1)
         self.assertIn("no attribute “gone”", self.message(obj))
