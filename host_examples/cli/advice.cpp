@@ -53,6 +53,13 @@ double longest_way(const std::vector<Handle> &handles) {
   return way;
 }
 
+// By which method; of the automatic choice, which that took.
+std::string method_words(const Summary &summary) {
+  const bool chosen = host::needs_choice(summary.scene.method);
+  const uint32_t method = chosen ? summary.info.auto_method : summary.scene.method;
+  return std::string("; by the method ") + host::method_name(method) + (chosen ? ", that auto took" : "");
+}
+
 std::string motion_words(const Summary &summary) {
   const FrameRecord &widest = widest_frame(summary.run), &last = summary.run.frames.back();
   const double most = widest.report.max_displacement;
@@ -62,7 +69,7 @@ std::string motion_words(const Summary &summary) {
   if (const double way = longest_way(summary.scene.handles); way > 0) words += std::fabs(most / way - 1) < 0.05 ? ", as far as its handles" : format(", %.2g times as far as its handles", most / way);
   words += "; turned up to " + degrees(most_turned(summary.run));
   if (&last != &widest) words += "; at the end by " + in_unit(last.report.max_displacement, summary.scene);
-  return words;
+  return words + method_words(summary);
 }
 
 std::string slowest_swing(const Summary &summary) {
@@ -107,9 +114,9 @@ std::string change_of_stiffness(const Scene &scene, bool softer) {
   return format("a %s --frequency (frequency) %s it, and --material NAME (preset) takes a known sheet", which, how);
 }
 
-// Whether the unit is right, where nobody has said yet what it is.
-std::string question_of_units(const Scene &scene) {
-  if (scene.scale != 1 || scene.metres_per_unit != 1) return "is gravity right? ";
+// Whether the unit is right, where nobody has said yet what it is; no sheet is meant to be less than a metre of centimetres.
+std::string question_of_units(const Scene &scene, double size) {
+  if (scene.scale != 1 || scene.metres_per_unit != 1 || size < 1) return "is gravity right? ";
   return "are lengths in metres, and gravity 9.8? --scale 0.01 (scale) makes metres of centimetres. ";
 }
 
@@ -122,10 +129,10 @@ void add_size_of_motion(const Summary &summary, std::vector<std::string> &words)
   if (share == 0)
     words.push_back(stillness(summary));
   else if (share < kUnseen && loaded(scene) && !led)
-    words.push_back("try: " + share_of_size(share) + " cannot be seen: " + question_of_units(scene) + slowest_swing(summary) + ": " +
+    words.push_back("try: " + share_of_size(share) + " cannot be seen: " + question_of_units(scene, summary.info.size) + slowest_swing(summary) + ": " +
                     change_of_stiffness(scene, true));
   else if (share > kWild && !led && summary.info.zero_modes == 0)
-    words.push_back("try: no held shell moves by " + share_of_size(share) + ": " + question_of_units(scene) + slowest_swing(summary) + ": " +
+    words.push_back("try: no held shell moves by " + share_of_size(share) + ": " + question_of_units(scene, summary.info.size) + slowest_swing(summary) + ": " +
                     change_of_stiffness(scene, false));
 }
 
@@ -174,7 +181,8 @@ void add_full_shell(const Summary &summary, std::vector<std::string> &words) {
 
 // Steps that are too long for the motion.
 void add_step_error(const Summary &summary, std::vector<std::string> &words) {
-  if (const double share = step_error_share(summary.run); share > kCoarse)
+  const bool is_seen = widest_frame(summary.run).report.max_displacement > kUnseen * summary.info.size;
+  if (const double share = step_error_share(summary.run); share > kCoarse && is_seen)
     words.push_back(format("try: a step is off by up to %.2g %% of the motion: shorter steps help (--step, steps_per_frame)", 100 * share));
 }
 

@@ -387,10 +387,11 @@ int run_command_line(int argc, char **argv) {
   CLI::App *proxy = app.add_subcommand("proxy", "Make a mesh to simulate in a file's place, and tell how near it comes");
   add_proxy_command(*proxy, proxy_command);
 
-  std::string new_path, new_mesh;
+  std::string new_path, new_mesh, new_up = "z";
   CLI::App *new_scene = app.add_subcommand("new-scene", "Write a scene with a comment at every key, which runs as it is");
   new_scene->add_option("scene", new_path, "TOML file to write")->required();
   new_scene->add_option("--mesh", new_mesh, "OBJ, OFF or PLY file; a leaf is written beside the scene unless there is one");
+  new_scene->add_option("--up", new_up, "Axis that points upward (z); gravity is against it")->check(CLI::IsMember({"x", "y", "z"}));
 
   const auto named = [&](const CLI::App *command) { return argc > 1 && command->get_name() == argv[1]; };
   if (argc > 1 && argv[1][0] != '-' && !named(run) && !named(simulate) && !named(check) && !named(proxy) && !named(new_scene)) {
@@ -407,8 +408,8 @@ int run_command_line(int argc, char **argv) {
   }
 
   if (new_scene->parsed()) {
-    write_new_scene(new_path, new_mesh);
-    std::printf("scene: %s\nrun it: %s run %s --view\n", new_path.c_str(), argv[0], new_path.c_str());
+    const std::string assumed = write_new_scene(new_path, new_mesh, new_up[0]);
+    std::printf("scene: %s: %s\nrun it: %s run %s --view\n", new_path.c_str(), assumed.c_str(), argv[0], new_path.c_str());
     return 0;
   }
   if (check->parsed()) return check_mesh(mesh_path, check_scale);

@@ -2,6 +2,7 @@
 
 #include "judge.hpp"
 #include "mesh.hpp"
+#include "selection.hpp"
 #include "output_file.hpp"
 #include "text_lines.hpp"
 
@@ -58,7 +59,7 @@ constexpr char kScene[] = R"(#:schema ./scene.schema.json
 title = "%s"
 mesh = "%s"             # OBJ, OFF or PLY, relative to this file
 scale = %s%s# 0.01 makes metres of a mesh in centimetres; all lengths below are in the new unit
-up = "z"                # axis that points upward, for the page; where it is y, gravity below is [0, -9.8, 0]
+up = "%c"                # axis that points upward, for the page; gravity below is along it
 length_unit = "m"       # for the reader's eye only
 
 [material]
@@ -91,7 +92,7 @@ kind = "clamped"        # or "fixed": the slope is free
 [simulation]
 duration = 4.0          # seconds
 frame_rate = 30
-gravity = [0, 0, -9.8]  # m/s^2
+gravity = %s  # m/s^2
 modes = 16
 method = "auto"         # a reduced shell where it can be, else the warp; the others: docs/guide/methods.md
 
@@ -135,7 +136,7 @@ bool writes_schema(const fs::path &path) {
 
 }  // namespace
 
-void write_new_scene(const std::string &path, const std::string &mesh_path) {
+std::string write_new_scene(const std::string &path, const std::string &mesh_path, char up) {
   fs::path place(path), mesh_name = place.filename().replace_extension(".obj");
   if (place.extension() != ".toml") throw std::runtime_error(path + ": the name of a scene ends in .toml");
   const fs::path folder_path = place.has_parent_path() ? place.parent_path() : fs::path(".");
@@ -151,8 +152,9 @@ void write_new_scene(const std::string &path, const std::string &mesh_path) {
   const std::string group = mesh.groups.empty() ? "stem" : mesh.groups.begin()->first;
   const std::string led = "high" + held.substr(3);
   OutputFile file(folder, place.filename().string());
-  file.print(kScene, path.c_str(), name.c_str(), mesh_name.generic_string().c_str(), scale.c_str(), gap(8 + scale.size()).c_str(),
-             held.c_str(), group.c_str(), gap(12 + group.size()).c_str(), led.c_str());
+  const char *gravity = up == 'x' ? "[-9.8, 0, 0]" : up == 'y' ? "[0, -9.8, 0]" : "[0, 0, -9.8]";
+  file.print(kScene, path.c_str(), name.c_str(), mesh_name.generic_string().c_str(), scale.c_str(), gap(8 + scale.size()).c_str(), up,
+             held.c_str(), group.c_str(), gap(12 + group.size()).c_str(), gravity, led.c_str());
   file.close();
   if (schema) {
     OutputFile for_editors(folder, kSchemaName);
@@ -161,6 +163,8 @@ void write_new_scene(const std::string &path, const std::string &mesh_path) {
   }
   if (!own) write_obj(folder, mesh_name.string(), mesh.positions, mesh);
   folder.put_in_place();
+  const std::size_t n = vertices_at(*find_side(held), mesh).size();
+  return format("%s is held, %zu of the vertices, and %c is up", held.c_str(), n, up);
 }
 
 }  // namespace cli

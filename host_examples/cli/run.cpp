@@ -153,14 +153,20 @@ void add_method(const Scene &scene, const Mesh &mesh, const std::vector<PlacedHa
 
 // The shell with what was said of it, and the methods that it is to be compared with.
 void add_to_page(const Scene &scene, const Mesh &mesh, const std::vector<PlacedHandle> &handles, uint32_t n_frames,
-                 const Run &run, const Film &film, const std::vector<std::string> &words, const std::string &label,
-                 const RunOptions &options, Page &page) {
+                 const Run &run, const Film &film, const std::vector<std::string> &words,
+                 const SwModelInfo &info, const RunOptions &options, Page &page) {
   page.add_shell(scene, mesh, handles, film);
-  page.add_film(scene, run, film, words, label);
+  page.add_film(scene, run, film, words, label_of(scene, info));
   for (const std::string &name : options.compare) {
     Scene other = scene;
     other.method = *host::find_method(name);
-    if (other.method != scene.method && !interrupted()) add_method(other, mesh, handles, n_frames, options, page);
+    const bool chosen = host::needs_choice(scene.method);
+    const bool is_there = other.method == scene.method || (chosen && other.method == info.auto_method);
+    if (is_there && other.method != scene.method && !options.quiet) std::printf("%s is on the page already: auto took it\n", name.c_str());
+    if (is_there || interrupted()) continue;
+    if (!options.quiet) std::printf("compared with %s:\n", name.c_str());
+    std::fflush(stdout);
+    add_method(other, mesh, handles, n_frames, options, page);
   }
 }
 
@@ -220,7 +226,7 @@ int run_scene(Scene scene, const RunOptions &options, OutputFolder *folder, Page
   const Summary summary{scene, model.info(), model.frequencies(), run, model.front(), find_creases(scene.material, mesh), warned};
   const int status = report(summary, options);
   if (page && !run.interrupted)
-    add_to_page(scene, mesh, handles, n_frames, run, film, closing_words(summary), label_of(scene, model.info()), options, *page);
+    add_to_page(scene, mesh, handles, n_frames, run, film, closing_words(summary), model.info(), options, *page);
   return interrupted() ? kInterrupted : status;
 }
 

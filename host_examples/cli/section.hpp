@@ -115,7 +115,7 @@ public:
       if (w == word) return word;
       list += (list.empty() ? "" : ", ") + w;
     }
-    fail(*table_.get(key), std::string(key) + " is '" + word + "'; it must be one of " + list);
+    fail(*table_.get(key), std::string(key) + " is '" + word + "'; it must be one of " + list + did_you_mean(word, words));
   }
 
   std::optional<Section> section(const char *key) {

@@ -104,7 +104,10 @@ public:
   }
 
   void note(std::size_t frame, double displacement, const shellwarp::State &state) {
-    if (frame >= last_) return;
+    if (frame >= last_) {  // judged anyway
+      if (displacement > widest_displacement_) widest_.state = nullptr;
+      return;
+    }
     const bool is_widest = displacement > widest_displacement_, is_chosen = chosen_.count(frame) > 0;
     if (!is_widest && !is_chosen) return;
     const KeptFrame kept{frame, std::make_shared<const shellwarp::State>(state.clone())};

@@ -88,6 +88,8 @@ pub struct State {
 /// in so many rounds. A basis of 32 bits leaves seven digits.
 const FOLLOWING_SETTLED: f64 = 1e-6;
 const FOLLOWING_ROUNDS: usize = 100;
+/// Iterations of all these rounds at most: a full shell that flutters takes hundreds in each.
+const FOLLOWING_ITERATIONS: usize = 2000;
 
 /// Whether forces are those of the round before, if there was one.
 fn has_settled(force: &[Vec3], last: &[Vec3]) -> bool {
@@ -562,8 +564,9 @@ impl State {
         if let Some(supports) = &mut self.supports {
             supports.head(1.0);
         }
-        let (mut last, mut iterations) = (Vec::new(), 0);
-        for _ in 0..FOLLOWING_ROUNDS {
+        let (mut last, mut iterations, mut rounds) = (Vec::new(), 0, 0);
+        while rounds < FOLLOWING_ROUNDS && iterations <= FOLLOWING_ITERATIONS {
+            rounds += 1;
             self.motion.stop();
             if self.moving_rest.is_some() {
                 let (residual, more) = self.settle_on_moving_rest()?;
@@ -585,8 +588,10 @@ impl State {
             }
             last = force;
         }
-        let message =
-            format!("no equilibrium: the forces that depend on the shape still change after {FOLLOWING_ROUNDS} rounds");
+        let message = format!(
+            "no equilibrium: forces that depend on the shape, such as wind, still change after {rounds} rounds of {iterations} \
+             iterations; where there is one, steps with damping come to it"
+        );
         Err(Error::new(ErrorKind::Numerical, message))
     }
 

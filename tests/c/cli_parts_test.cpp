@@ -1081,6 +1081,7 @@ std::string words_of(const cli::Scene &scene, const cli::Run &run, uint32_t unkn
                      const std::vector<std::string> &warnings = {}, uint32_t zero_modes = 0) {
   SwModelInfo info{};
   info.size = 2;
+  info.auto_method = SW_METHOD_WARP;
   info.zero_modes = zero_modes;
   info.n_unknowns = unknowns;
   std::string all;
@@ -1095,7 +1096,10 @@ void the_closing_words_say_what_moved_and_what_to_change() {
   scene.gravity = {0, 0, -1};
   scene.length_unit = "cm";
   CHECK(words_of(scene, run_that_moved(0.5)) ==
-        "moved: up to 0.5 cm, 25 % of its size of 2 cm, at 0.1 s; turned up to 29 degrees; at the end by 0.25 cm\n");
+        "moved: up to 0.5 cm, 25 % of its size of 2 cm, at 0.1 s; turned up to 29 degrees; at the end by 0.25 cm; by the method warp\n");
+  scene.method = SW_METHOD_AUTO;
+  CHECK(words_of(scene, run_that_moved(0.5)).find("; by the method warp, that auto took\n") != std::string::npos);
+  scene.method = SW_METHOD_WARP;
   const std::string tiny = words_of(scene, run_that_moved(2e-5));
   CHECK(tiny.find("1.0e-05 of its size") != std::string::npos && tiny.find("cannot be seen") != std::string::npos);
   CHECK(tiny.find("Its slowest swing has 45 Hz") != std::string::npos && tiny.find("--scale 0.01") != std::string::npos);
