@@ -77,6 +77,11 @@ pub trait PointEnergy: Send + Sync {
         false
     }
 
+    /// It is nearly the energy of the round before, so that a search for this one's end may begin at that one's.
+    fn is_nearly_met(&self) -> bool {
+        false
+    }
+
     /// Its force comes and goes at once, so that a step is better taken whole than by stages.
     fn is_sudden(&self) -> bool {
         false
@@ -128,6 +133,10 @@ impl PointEnergy for InFrame {
         self.energy.is_passive()
     }
 
+    fn is_nearly_met(&self) -> bool {
+        self.energy.is_nearly_met()
+    }
+
     fn is_sudden(&self) -> bool {
         self.energy.is_sudden()
     }
@@ -143,6 +152,9 @@ impl PointEnergy for InFrame {
 
     fn hessian_at(&self, i: usize, x: &Vec3, curvature: Curvature) -> Matrix3<f64> {
         let axes = self.axes(i);
+        if axes.rotation.imag() == Vec3::zeros() {
+            return self.energy.hessian_at(i, &axes.place(x), curvature);
+        }
         let rotation = axes.rotation.to_rotation_matrix();
         rotation.inverse() * self.energy.hessian_at(i, &axes.place(x), curvature) * rotation
     }

@@ -269,6 +269,8 @@ pub struct Pressed {
     points: Vec<Point>,
     /// The solids stand still, and nothing is on its way out of one.
     pub passive: bool,
+    /// The last round closed all gaps: what it left is friction's.
+    pub nearly_met: bool,
 }
 
 impl Pressed {
@@ -338,6 +340,10 @@ impl PointEnergy for Pressed {
 
     fn is_passive(&self) -> bool {
         self.passive
+    }
+
+    fn is_nearly_met(&self) -> bool {
+        self.nearly_met
     }
 
     fn is_sudden(&self) -> bool {

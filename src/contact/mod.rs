@@ -151,8 +151,11 @@ pub struct Contacts {
     ends: Vec<Reach>,
     /// What may touch, where it is known without a look at all.
     pub near: Near,
-    /// Whether the start and end positions are of all vertices, not of those alone that are near.
+    /// Whether the start and end positions are of all vertices, not of those alone that are near, and those of the patches were measured.
     whole: [bool; 2],
+    measured: [bool; 2],
+    /// No vertex went farther in the round; infinite where that is not known.
+    pub way: f64,
     /// Unknowns and rates when the step began.
     pub unknowns: [Vec<f64>; 2],
     /// Unknowns and rates where the last step ended.
@@ -190,6 +193,8 @@ impl Contacts {
             ends: reach,
             near: Near::default(),
             whole: [true; 2],
+            measured: [false; 2],
+            way: f64::INFINITY,
             unknowns: [vec![], vec![]],
             came_to: [vec![], vec![]],
             came_at: None,
@@ -265,6 +270,7 @@ impl Contacts {
             std::mem::swap(&mut self.start, &mut self.end);
             std::mem::swap(&mut self.starts, &mut self.ends);
             self.whole.swap(0, 1);
+            self.measured.swap(0, 1);
         } else {
             self.near.forget();
         }
@@ -273,7 +279,7 @@ impl Contacts {
 
     /// Measures the patches at the start positions, which are of all vertices.
     pub fn measure_start(&mut self) {
-        self.whole[0] = true;
+        (self.whole[0], self.measured[0]) = (true, true);
         self.probes.measure(&self.start, &mut self.starts);
     }
 
@@ -282,25 +288,40 @@ impl Contacts {
         self.whole[0]
     }
 
+    /// Whether the patches are measured there.
+    pub fn has_measured_start(&self) -> bool {
+        self.measured[0]
+    }
+
     /// Whether the end positions are.
     pub fn has_whole_end(&self) -> bool {
         self.whole[1]
     }
 
-    /// Whether this round, which moved vertices by no more than `way`, needs the positions of those alone that are near.
-    pub fn looks_near(&mut self, way: f64) -> bool {
-        let led = self.obstacles.iter().map(Obstacle::longest_way).fold(0.0, f64::max);
-        let near = self.near.keeps(way + led, self.probes.size);
-        self.whole[1] = !near;
-        near
+    /// Notes that no vertex goes farther in the round than `way`.
+    pub fn expect_way(&mut self, way: f64) {
+        self.way = way + near::ROUNDING * self.probes.size;
     }
 
-    /// Lists what is near for the next rounds, with all start positions set.
-    pub fn survey(&mut self, way: f64) {
-        let Self { near, probes, starts, start, obstacles, pressed, .. } = self;
+    /// Whether this round, which ends with vertices no farther than `change` from where lists were made, looks at what is near alone.
+    pub fn looks_near(&mut self, change: f64) -> bool {
+        let led = self.obstacles.iter().map(Obstacle::longest_way).fold(0.0, f64::max);
+        self.near.keeps(change, (self.way, led), self.probes.size)
+    }
+
+    /// The vertices whose positions this round needs; none where it needs all.
+    pub fn vertices_to_place(&mut self) -> Option<&[u32]> {
+        let some = if self.near.holds() { self.near.vertices() } else { None };
+        self.whole[1] = some.is_none();
+        some
+    }
+
+    /// Lists what is near for the next rounds, with all start positions set and measured.
+    pub fn survey(&mut self) {
+        let Self { near, probes, starts, start, obstacles, pressed, unknowns, way, .. } = self;
         let led = obstacles.iter().map(Obstacle::longest_way).fold(0.0, f64::max);
         let touching = pressed.list.iter().map(|touch| touch.probe);
-        near.survey((probes, starts, start.len()), obstacles, touching, way + led);
+        near.survey((probes, starts, start), obstacles, touching, (&unknowns[0], *way + led));
     }
 
     /// Whether the method has an unknown for each vertex.
@@ -312,6 +333,7 @@ impl Contacts {
     pub fn begin(&mut self, shell: (f64, f64), round: Round) {
         self.before.clone_from(&self.pressed.list);
         (self.left, self.rounds, self.stuck) = (f64::INFINITY, 0, 0);
+        Arc::make_mut(&mut self.pressed).nearly_met = false;
         let (mass, eigenvalue) = shell;
         self.stiffness = HARDNESS * mass * (round.h.map_or(0.0, |h| (h * h).recip()) + eigenvalue);
         self.hardest = HARDEST * self.stiffness;
@@ -335,7 +357,7 @@ impl Contacts {
         Arc::make_mut(&mut self.pressed).reserve(room);
         self.parted.reserve(room, self.obstacles.len());
         if !all {
-            self.near.reserve(&self.probes, self.start.len(), self.obstacles.len());
+            self.near.reserve(&self.probes, self.start.len(), self.obstacles.len(), &self.unknowns[0]);
         }
     }
 
@@ -368,18 +390,19 @@ impl Contacts {
         self.stuck += usize::from(round.h.is_some() && left > STUCK * self.left);
         self.left = left;
         self.rounds += 1;
-        Arc::make_mut(&mut self.pressed).add(&self.found, &self.probes);
+        let nearly_met = left <= MET * self.probes.size && self.found.is_empty();
+        let pressed = Arc::make_mut(&mut self.pressed);
+        pressed.nearly_met = nearly_met;
+        pressed.add(&self.found, &self.probes);
         self.meet(round);
         (left <= MET * self.probes.size && settled) || self.stuck >= PATIENCE
     }
 
     fn measure_end(&mut self) {
-        let Self { near, probes, end, starts, ends, .. } = self;
-        let mut measure = |patch: usize| ends[patch] = probes.reach_after(patch, end, &starts[patch]);
-        if near.holds() {
-            near.patches().iter().for_each(|patch| measure(*patch as usize));
-        } else {
-            (0..probes.patches()).for_each(measure);
+        let Self { near, probes, end, starts, ends, measured, .. } = self;
+        measured[1] = !near.holds();
+        if measured[1] {
+            (0..probes.patches()).for_each(|patch| ends[patch] = probes.reach_after(patch, end, &starts[patch]));
         }
     }
 
@@ -462,6 +485,7 @@ impl Contacts {
         self.end.copy_from_slice(x);
         (self.all, self.came_at) = (true, None);
         self.near.forget();
+        self.way = f64::INFINITY;
         self.probes.measure(&self.start, &mut self.starts);
         self.measure_end();
         self.find(Round { h: None, feels_start: false });

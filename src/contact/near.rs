@@ -1,54 +1,92 @@
-//! Which patches may touch which solids until the shell has moved by a skin (Verlet's lists, 1967).
+//! Which probes may touch which solids until the shell or a solid has moved by a skin (Verlet's lists, 1967).
 //!
 //! Rounds then look at these alone, and only their vertices are placed. All others stay out of the solids, so that a step comes to the same
 //! bits.
 
 use super::{Obstacle, Probes, Reach};
 
-/// The skin, in ways of the round that the lists are made in: they then last for seven such steps.
+/// The skin, in ways of the round that the lists are made in,
 const WAYS: f64 = 8.5;
+/// and so many times more at most, where lists of few probes did not last for the second number of steps.
+const WIDEST: f64 = 64.0;
+const LASTING: u32 = 16;
+/// Lists of more than this part of the vertices are not widened, but made anew where steps that are so much shorter have come for as long.
+const FEW: f64 = 0.1;
+const SHORTER: f64 = 0.5;
 /// Of the shell's size, the least skin, and what rounding may add to a way.
 const THINNEST: f64 = 2e-3;
-const ROUNDING: f64 = 1e-6;
+pub const ROUNDING: f64 = 1e-6;
 /// A grid's distance changes by up to 1.4 times the way.
 const SLOPE: f64 = 1.5;
-/// Solids that a patch has room to be near, on average.
-const SOLIDS: usize = 8;
+/// Solids that a probe has room to be near, on average.
+const SOLIDS: usize = 2;
 /// Where more than this part of the vertices is to be placed, all are.
 const MOST: f64 = 0.4;
 /// Steps after lists that did not pay, in which none are made.
 const PAUSE: u32 = 16;
-/// Vertices of a shell that is looked at as fast without lists.
-const FEW: usize = 2000;
+
+/// A probe of a patch.
+#[derive(Clone, Copy, Debug)]
+pub struct Pair {
+    pub patch: u32,
+    pub probe: u32,
+}
 
 /// See the module's text.
-#[derive(Clone, Default)]
+#[derive(Clone)]
 pub struct Near {
-    /// Patches by solid, ascending, and where those of each solid begin.
-    pairs: Vec<u32>,
+    /// Probes by solid, ascending, and where those of each solid begin.
+    pairs: Vec<Pair>,
     first: Vec<usize>,
-    /// All of them, and the patches of what touches.
-    patches: Vec<u32>,
-    /// Their vertices, ascending.
+    /// Vertices of these and of what touches, ascending.
     vertices: Vec<u32>,
     marks: Vec<bool>,
+    /// Unknowns where the lists were made.
+    at: Vec<f64>,
     skin: f64,
-    /// How far any vertex may have come since, relative to any solid: up to this step, and in its last round.
+    thinnest: f64,
+    /// How far any solid may have come since: up to this step, and in it.
     moved: f64,
     way: f64,
+    /// The longest way of a step of late.
+    longest: f64,
+    /// Steps since, and how much wider than usual the skin is to be.
+    age: u32,
+    widened: f64,
     valid: bool,
     pause: u32,
 }
 
+impl Default for Near {
+    fn default() -> Self {
+        Self {
+            pairs: vec![],
+            first: vec![],
+            vertices: vec![],
+            marks: vec![],
+            at: vec![],
+            skin: 0.0,
+            thinnest: 0.0,
+            moved: 0.0,
+            way: 0.0,
+            longest: 0.0,
+            age: 0,
+            widened: 1.0,
+            valid: false,
+            pause: 0,
+        }
+    }
+}
+
 impl Near {
-    /// Makes room for a shell of so many vertices, so that steps do not allocate.
-    pub fn reserve(&mut self, probes: &Probes, vertices: usize, obstacles: usize) {
-        let patches = probes.patches();
-        self.pairs.reserve((patches * obstacles.min(SOLIDS)).saturating_sub(self.pairs.len()));
+    /// Makes room for a shell of so many vertices that moves as `unknowns`, so that steps do not allocate.
+    pub fn reserve(&mut self, probes: &Probes, vertices: usize, obstacles: usize, unknowns: &[f64]) {
+        let pairs = probes.points.len() * obstacles.min(SOLIDS);
+        self.pairs.reserve(pairs.saturating_sub(self.pairs.len()));
         self.first.reserve((obstacles + 1).saturating_sub(self.first.len()));
-        self.patches.reserve(patches.saturating_sub(self.patches.len()));
         self.vertices.reserve(vertices.saturating_sub(self.vertices.len()));
-        self.marks.reserve(vertices.max(patches).saturating_sub(self.marks.len()));
+        self.marks.reserve(vertices.saturating_sub(self.marks.len()));
+        self.at.reserve(unknowns.len().saturating_sub(self.at.len()));
     }
 
     /// The lists are of another place.
@@ -61,16 +99,47 @@ impl Near {
         self.valid
     }
 
-    /// Whether they hold in a round that moved vertices by no more than this from where the step began.
-    pub fn keeps(&mut self, way: f64, size: f64) -> bool {
-        self.way = way + ROUNDING * size;
-        self.valid &= self.moved + 2.0 * self.way <= self.skin;
+    /// The unknowns where they were made.
+    pub fn at(&self) -> &[f64] {
+        &self.at
+    }
+
+    /// Whether they hold in a round that ends with vertices no farther than `change` from where they were made, and moves vertices by no more
+    /// than `way` and solids by no more than `led`.
+    pub fn keeps(&mut self, change: f64, (way, led): (f64, f64), size: f64) -> bool {
+        if self.valid {
+            self.way = led;
+            self.longest = self.longest.max(way + led);
+            self.valid = self.moved + led + change + ROUNDING * size <= self.skin; // NaN does not
+            if !self.valid {
+                self.wear_out();
+            }
+        }
         self.valid
+    }
+
+    /// Learns from how long the lists held.
+    fn wear_out(&mut self) {
+        match self.age {
+            0 => self.pause = PAUSE,
+            age if age < LASTING && self.is_short() => self.widened = (2.0 * self.widened).min(WIDEST),
+            _ => {}
+        }
+    }
+
+    fn is_short(&self) -> bool {
+        self.pairs.len() as f64 <= FEW * self.marks.len() as f64
     }
 
     /// The step has ended.
     pub fn accept(&mut self) {
         self.moved += self.way;
+        self.age = self.age.saturating_add(1);
+        if self.age.is_multiple_of(LASTING) {
+            let needed = self.widened * WAYS * self.longest;
+            self.valid &= self.is_short() || needed.max(self.thinnest) > SHORTER * self.skin;
+            self.longest = 0.0;
+        }
         self.pause = self.pause.saturating_sub(1);
     }
 
@@ -79,86 +148,88 @@ impl Near {
         self.pause == 0
     }
 
-    /// Patches that may touch a solid.
-    pub fn of(&self, obstacle: usize) -> std::ops::Range<usize> {
-        self.first[obstacle]..self.first[obstacle + 1]
+    /// Probes that may touch a solid, by patches.
+    pub fn of(&self, obstacle: usize) -> &[Pair] {
+        &self.pairs[self.first[obstacle]..self.first[obstacle + 1]]
     }
 
-    /// The patch at a place of [`Near::of`].
-    pub fn patch(&self, at: usize) -> usize {
-        self.pairs[at] as usize
+    /// The vertices that rounds are to place, ascending; none where these are nearly all.
+    pub fn vertices(&self) -> Option<&[u32]> {
+        (self.vertices.len() as f64 <= MOST * self.marks.len() as f64).then_some(&self.vertices)
     }
 
-    /// All that may touch, ascending.
-    pub fn patches(&self) -> &[u32] {
-        &self.patches
-    }
-
-    /// Their vertices, ascending.
-    pub fn vertices(&self) -> &[u32] {
-        &self.vertices
-    }
-
-    /// Makes the lists from where the step began, for a round that moved vertices by no more than `way`; `touching` are probes. There are none
-    /// where they would not last or hold most of the shell.
+    /// Makes the lists from where the step began, with these unknowns, for a round that moved vertices and solids by no more than `way`;
+    /// `touching` are probes. There are none where they have no room.
     pub fn survey(
         &mut self,
-        (probes, starts, vertices): (&Probes, &[Reach], usize),
+        (probes, starts, start): (&Probes, &[Reach], &[crate::Vec3]),
         obstacles: &[Obstacle],
         touching: impl Iterator<Item = u32>,
-        way: f64,
+        (unknowns, way): (&[f64], f64),
     ) {
         (self.valid, self.pause) = (false, PAUSE);
-        if vertices < FEW {
+        self.thinnest = THINNEST * probes.size;
+        let skin = self.widened * (WAYS * way.max(self.longest)).max(self.thinnest);
+        self.longest = 0.0;
+        if !skin.is_finite() {
             return;
         }
-        let skin = (WAYS * way).max(THINNEST * probes.size);
         let room = self.pairs.capacity();
         self.pairs.clear();
         self.first.clear();
         self.first.push(0);
         for obstacle in obstacles {
-            for (patch, reach) in starts.iter().enumerate() {
-                let distance = obstacle.touch(&obstacle.at_start(&reach.center)).distance;
-                if distance <= SLOPE * (reach.radius + obstacle.solid.surface_error() + skin) {
+            let reach = SLOPE * (obstacle.solid.surface_error() + skin);
+            let begin = obstacle.begins();
+            for (patch, ball) in starts.iter().enumerate() {
+                let around = reach + SLOPE * ball.radius;
+                if begin.is_some_and(|begin| begin.is_far(&ball.center, around))
+                    || obstacle.touch_within(&obstacle.at_start(&ball.center), around).is_none()
+                {
+                    continue;
+                }
+                for probe in probes.patch(patch) {
+                    let place = probes.points[probe].place(|v| start[v]);
+                    if begin.is_some_and(|begin| begin.is_far(&place, reach))
+                        || obstacle.touch_within(&obstacle.at_start(&place), reach).is_none()
+                    {
+                        continue;
+                    }
                     if self.pairs.len() == room {
+                        self.widened = 1.0;
                         return;
                     }
-                    self.pairs.push(patch as u32);
+                    self.pairs.push(Pair { patch: patch as u32, probe: probe as u32 });
                 }
             }
             self.first.push(self.pairs.len());
         }
-        self.list_patches(probes, touching);
-        self.list_vertices(probes, vertices);
-        (self.skin, self.moved, self.way) = (skin, 0.0, way);
-        self.valid = (self.vertices.len() as f64) <= MOST * vertices as f64;
-        self.pause = if self.valid { 0 } else { PAUSE };
+        self.list_vertices(probes, start.len(), touching);
+        self.at.clear();
+        self.at.extend_from_slice(unknowns);
+        (self.skin, self.moved, self.way, self.age) = (skin, 0.0, 0.0, 0);
+        (self.valid, self.pause) = (true, 0);
+        if !self.is_short() {
+            self.widened = (0.5 * self.widened).max(1.0);
+        }
     }
 
-    fn list_patches(&mut self, probes: &Probes, touching: impl Iterator<Item = u32>) {
-        let Self { pairs, patches, marks, .. } = self;
-        marks.clear();
-        marks.resize(probes.patches(), false);
-        pairs.iter().for_each(|patch| marks[*patch as usize] = true);
-        touching.for_each(|probe| marks[probes.patch_of(probe as usize)] = true);
-        patches.clear();
-        patches.extend((0..marks.len() as u32).filter(|patch| marks[*patch as usize]));
-    }
-
-    fn list_vertices(&mut self, probes: &Probes, n: usize) {
-        let Self { patches, vertices, marks, .. } = self;
+    fn list_vertices(&mut self, probes: &Probes, n: usize, touching: impl Iterator<Item = u32>) {
+        let Self { pairs, vertices, marks, .. } = self;
         marks.clear();
         marks.resize(n, false);
-        let points = patches.iter().flat_map(|patch| &probes.points[probes.patch(*patch as usize)]);
-        points.flat_map(|point| point.vertices()).for_each(|v| marks[*v as usize] = true);
+        for probe in pairs.iter().map(|pair| pair.probe).chain(touching) {
+            probes.points[probe as usize].vertices().iter().for_each(|v| marks[*v as usize] = true);
+        }
         vertices.clear();
         vertices.extend((0..n as u32).filter(|v| marks[*v as usize]));
     }
 
     /// Memory that it takes.
     pub fn bytes(&self) -> usize {
-        let numbers = self.pairs.capacity() + self.patches.capacity() + self.vertices.capacity();
-        4 * numbers + self.marks.capacity() + self.first.capacity() * size_of::<usize>()
+        size_of::<Pair>() * self.pairs.capacity()
+            + 4 * self.vertices.capacity()
+            + self.marks.capacity()
+            + 8 * (self.first.capacity() + self.at.capacity())
     }
 }

@@ -30,30 +30,47 @@ fn inward(pose: &Pose, x: &Vec3) -> Vec3 {
 /// All of a solid that does not turn or deform in the step.
 #[derive(Clone, Copy)]
 pub struct Around {
-    /// Where it is at the end, world space.
+    /// Of its ball, or on its plane; where it is at the end, world space.
     center: Vec3,
     /// With its thickness and what its distances are off by.
     radius: f64,
+    /// Outward, of a plane.
+    normal: Option<Vec3>,
     /// Its way.
     pub led: f64,
 }
 
 impl Around {
+    /// Of a solid with this pose.
+    fn of(obstacle: &Obstacle, pose: &Pose, led: f64) -> Self {
+        let own = obstacle.thickness + obstacle.solid.surface_error();
+        match obstacle.solid.bounds() {
+            Some(ball) => Self { center: pose.place(&ball.center), radius: ball.radius + own, normal: None, led },
+            None => Self { center: pose.origin, radius: own, normal: Some(pose.rotation * Vec3::z()), led },
+        }
+    }
+
     /// Nothing within `reach` of a place comes near.
+    #[inline]
     pub fn is_far(&self, place: &Vec3, reach: f64) -> bool {
-        let least = self.radius + self.led + reach;
-        (place - self.center).norm_squared() > least * least
+        let (way, least) = (place - self.center, self.radius + self.led + reach);
+        match self.normal {
+            None => way.norm_squared() > least * least,
+            Some(normal) => normal.dot(&way) > least,
+        }
     }
 }
 
 impl Obstacle {
-    /// A ball about it, where it has one and does not turn or deform in the step.
+    /// What is about it where it stands when the step begins, where it does not deform in the step.
+    pub fn begins(&self) -> Option<Around> {
+        (!self.solid.deforms()).then(|| Around::of(self, &self.pose, 0.0))
+    }
+
+    /// What is about it, where it does not turn or deform in the step.
     pub fn around(&self) -> Option<Around> {
-        let ball =
-            self.solid.bounds().filter(|_| self.pose.rotation == self.target.rotation && !self.solid.deforms())?;
-        let radius = ball.radius + self.thickness + self.solid.surface_error();
-        let led = (self.target.origin - self.pose.origin).norm();
-        Some(Around { center: self.place(&ball.center), radius, led })
+        let stays = self.pose.rotation == self.target.rotation && !self.solid.deforms();
+        stays.then(|| Around::of(self, &self.target, (self.target.origin - self.pose.origin).norm()))
     }
 
     /// That stands there, without friction and thickness.
@@ -115,6 +132,12 @@ impl Obstacle {
     pub fn touch(&self, local: &Vec3) -> Touch {
         let touch = self.solid.touch(local);
         Touch { distance: touch.distance - self.thickness, ..touch }
+    }
+
+    /// As [`Obstacle::touch`], for whoever needs none farther than `reach`, which is not negative.
+    pub fn touch_within(&self, local: &Vec3, reach: f64) -> Option<Touch> {
+        let touch = self.solid.touch_within(local, reach + self.thickness)?;
+        Some(Touch { distance: touch.distance - self.thickness, ..touch })
     }
 
     /// The first place on a way, in the solid's axes.

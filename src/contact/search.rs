@@ -1,6 +1,7 @@
 //! What touches and is not known yet.
 
 use super::energy::way_in;
+use super::near::Pair;
 use super::{Around, Contacts, MET, Obstacle, Reach, Round, Touching};
 use crate::Vec3;
 use std::sync::Arc;
@@ -11,22 +12,33 @@ impl Contacts {
     pub(super) fn find(&mut self, round: Round) -> f64 {
         self.found.clear();
         let (mut left, mut deepest) = (0.0f64, 0.0f64);
+        let near = std::mem::take(&mut self.near);
+        let mut look =
+            |contacts: &mut Self, solid: (usize, Option<Around>), probes: &mut dyn Iterator<Item = usize>| {
+                let (short, deep) = contacts.find_in(solid, probes, round);
+                left = left.max(short);
+                deepest = deepest.max(deep);
+            };
         for o in 0..self.obstacles.len() {
-            let listed = self.near.holds();
             let around = self.obstacles[o].around();
-            for at in if listed { self.near.of(o) } else { 0..self.probes.patches() } {
-                let patch = if listed { self.near.patch(at) } else { at };
+            if near.holds() {
+                for patch in near.of(o).chunk_by(|a: &Pair, b: &Pair| a.patch == b.patch) {
+                    look(self, (o, around), &mut patch.iter().map(|pair| pair.probe as usize));
+                }
+                continue;
+            }
+            for patch in 0..self.probes.patches() {
                 let (start, end) = (&self.starts[patch], &self.ends[patch]);
                 if around.is_some_and(|around| around.is_far(&end.center, end.from))
                     || self.is_far(&self.obstacles[o], start, end)
                 {
                     continue;
                 }
-                let (short, deep) = self.find_in((o, around), patch, round);
-                left = left.max(short);
-                deepest = deepest.max(deep);
+                let mut probes = self.probes.patch(patch);
+                look(self, (o, around), &mut probes);
             }
         }
+        self.near = near;
         self.summary.deepest = deepest;
         left
     }
@@ -35,25 +47,41 @@ impl Contacts {
     fn is_far(&self, obstacle: &Obstacle, start: &Reach, end: &Reach) -> bool {
         let (a, b) = (obstacle.at_start(&start.center), obstacle.at_end(&end.center));
         let reach = (b - a).norm() + start.radius.max(end.radius) + obstacle.solid.surface_error();
-        obstacle.touch(&b).distance > reach
+        obstacle.touch_within(&b, reach).is_none()
     }
 
-    /// As [`Contacts::find`], of a patch and a solid.
-    fn find_in(&mut self, (o, around): (usize, Option<Around>), patch: usize, round: Round) -> (f64, f64) {
-        let Self { obstacles, probes, pressed, start, end, found, all, summary, .. } = self;
-        let obstacle = &obstacles[o];
+    /// As [`Contacts::find`], of probes of one patch and a solid.
+    fn find_in(
+        &mut self,
+        (o, around): (usize, Option<Around>),
+        looked_at: &mut dyn Iterator<Item = usize>,
+        round: Round,
+    ) -> (f64, f64) {
+        let Self { obstacles, probes, pressed, start, end, found, all, summary, way, .. } = self;
+        let (obstacle, way) = (&obstacles[o], *way);
         let (mut left, mut deepest) = (0.0f64, 0.0f64);
         let mut worst: Option<(f64, Touching)> = None;
-        for p in probes.patch(patch) {
+        for p in looked_at {
             let point = &probes.points[p];
             let to = point.place(|v| end[v]);
-            let b = obstacle.at_end(&to);
-            let touch = obstacle.touch(&b);
-            deepest = deepest.max(-touch.distance);
-            let from = point.place(|v| start[v]);
-            if around.is_some_and(|around| touch.distance >= (to - from).norm() + around.led) {
+            if around.is_some_and(|around| around.is_far(&to, way)) {
                 continue;
             }
+            let from = point.place(|v| start[v]);
+            let b = obstacle.at_end(&to);
+            let touch = if let Some(around) = around {
+                let way = (to - from).norm();
+                if around.is_far(&to, way) {
+                    continue;
+                }
+                match obstacle.touch_within(&b, way + around.led) {
+                    Some(touch) if touch.distance < way + around.led => touch,
+                    _ => continue,
+                }
+            } else {
+                obstacle.touch(&b)
+            };
+            deepest = deepest.max(-touch.distance);
             let a = obstacle.at_start(&from);
             let through = touch.distance < (b - a).norm();
             let passed = || way_in(obstacle, (&a, &obstacle.touch(&a)), (&b, &touch), probes.size).is_some();

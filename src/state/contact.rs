@@ -47,22 +47,28 @@ fn read_round(
     contacts: &mut Contacts,
     (from, pose): (&Pose, &Pose),
 ) {
-    let way = if from == pose && rest.is_none() { motion.largest_change(&contacts.unknowns[0]) } else { f64::INFINITY };
-    let mut listed = contacts.looks_near(way);
-    if !listed && way.is_finite() && contacts.near.may_pay() {
+    let stays = from == pose && rest.is_none();
+    let change = |from: &[f64]| if stays { motion.largest_change(from) } else { f64::INFINITY };
+    contacts.expect_way(change(&contacts.unknowns[0]));
+    let listed = contacts.near.holds() && contacts.looks_near(change(contacts.near.at()));
+    if !listed {
         if !contacts.has_whole_start() {
             motion.copy_unknowns(&mut contacts.came_to); // room
             motion.set_unknowns([&contacts.unknowns[0], &contacts.unknowns[1]]);
             read(motion, (None, true), from, &mut contacts.start);
             motion.set_unknowns([&contacts.came_to[0], &contacts.came_to[1]]);
+        }
+        if !contacts.has_whole_start() || !contacts.has_measured_start() {
             contacts.measure_start();
         }
-        contacts.survey(way);
-        listed = contacts.looks_near(way);
+        if contacts.way.is_finite() && contacts.near.may_pay() {
+            contacts.survey();
+            contacts.looks_near(contacts.way);
+        }
     }
-    if listed {
+    if contacts.vertices_to_place().is_some() {
         let Contacts { near, end, .. } = contacts;
-        let vertices = near.vertices();
+        let vertices = near.vertices().unwrap_or_default();
         let mut write = |i: usize, x: [f64; 3]| end[vertices[i] as usize] = Vec3::from(x);
         motion.positions_of(&placement(pose), vertices, &mut write);
     } else {
@@ -128,11 +134,11 @@ impl State {
     /// Now: a step does not allocate.
     pub(super) fn make_room_for_contacts(&mut self) {
         if let Some(contacts) = &mut self.contacts {
+            self.motion.copy_unknowns(&mut contacts.unknowns);
+            self.motion.copy_unknowns(&mut contacts.came_to);
             contacts.serve(self.motion.is_full_shell());
             contacts.parted.expect_constraints(self.motion.constraints().items().len());
             self.motion.expect_points(contacts.capacity());
-            self.motion.copy_unknowns(&mut contacts.unknowns);
-            self.motion.copy_unknowns(&mut contacts.came_to);
             contacts.came_at = None; // only the room was wanted
         }
     }
@@ -353,6 +359,7 @@ impl State {
         }
         contacts.begin(scale, round);
         if round.feels_start {
+            contacts.way = 0.0;
             contacts.end.clone_from(&contacts.start);
             contacts.update(round);
         }
@@ -406,6 +413,7 @@ impl State {
         contacts.obstacles.iter_mut().for_each(Obstacle::arrive);
         contacts.came_at = None;
         contacts.near.forget();
+        contacts.way = f64::INFINITY;
         read(&*self.motion, (self.moving_rest.as_deref_mut(), false), pose, &mut contacts.start);
         contacts.end.clone_from(&contacts.start);
         contacts.measure_start();

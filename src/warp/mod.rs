@@ -12,7 +12,7 @@ mod pose;
 
 pub use basis::{Basis, Block, Line, Weights};
 pub use coefficients::{Coefficients, Slopes, coefficients, coefficients_and_slopes, doublings};
-pub use derivative::warp_with_derivative;
+pub use derivative::{warp, warp_with_derivative};
 pub use entry::{Entry, I16};
 pub use modal_rotation::ModalRotation;
 pub use output::{

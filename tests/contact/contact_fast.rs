@@ -71,7 +71,8 @@ enum Handle {
 
 #[derive(Debug, Default)]
 struct Seen {
-    /// Free vertices under the solid at the end of a step, though they were above it and it has not gone so far that they could go around.
+    /// Free vertices under the solid at the end of a step, though they were above it and were not flung around it: out of its width and under its
+    /// middle at the end of a step before.
     under: usize,
     /// As the library tells, over all steps.
     passed: usize,
@@ -119,6 +120,8 @@ fn leap(model: &Arc<Model>, (method, integrator): (Method, Integrator), way: Lea
         state.set_damping(&Damping { mass_coefficient: 60.0, ..Damping::default() }).unwrap();
     }
     let mut seen = Seen::default();
+    let wide = half / 0.5;
+    let mut around = vec![false; mesh.positions.len()];
     let away = (1..=if back { 20 } else { 0 }).map(|k| rise - 0.05 * f64::from(k) * step);
     let up = (0..steps as usize).rev().map(|k| rise - k as f64 * step);
     for top in up.chain([rise]).chain(away) {
@@ -132,8 +135,11 @@ fn leap(model: &Arc<Model>, (method, integrator): (Method, Integrator), way: Lea
         let mut under = 0;
         state.positions(Space::World, |v, x| {
             let [x, y, z]: [f64; 3] = (x - at(top).origin).into();
-            let column = x.abs().max(y.abs()) < half;
-            under += usize::from(column && z < 0.0 && shell.free.binary_search(&(v as u32)).is_ok());
+            let aside = x.abs().max(y.abs());
+            let came = around[v];
+            around[v] = z < 0.0 && (aside > wide || came);
+            let free = shell.free.binary_search(&(v as u32)).is_ok();
+            under += usize::from(aside < half && z < 0.0 && free && !came);
         });
         seen.under = seen.under.max(under);
         if told.passed > 0 {

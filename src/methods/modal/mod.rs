@@ -2,10 +2,13 @@
 
 mod constraints;
 mod map;
+mod mapped;
 mod motion;
 mod plan;
 mod points;
 mod project;
+mod shapes;
+mod square;
 mod supports;
 mod warp;
 
@@ -22,7 +25,8 @@ use crate::step::guard::Pull;
 use crate::step::{ForceLaw, Integrator, Oscillator};
 use crate::{Error, ErrorKind, Model, Result};
 use constraints::{ModalConstraints, Step};
-use points::{Placing, PointSearch, Spring};
+use points::{PointSearch, Spring};
+use shapes::Placing;
 use std::sync::Arc;
 use supports::SupportMotion;
 use warp::Warp;
@@ -215,6 +219,7 @@ impl<M: Map> Modal<M> {
         }
         if let Some(search) = &mut self.search {
             search.free.iter_mut().zip(&self.next).for_each(|(free, next)| free.copy_from_slice(next));
+            search.goes_on = false;
         }
     }
 
@@ -297,13 +302,19 @@ impl<M: Map> Modal<M> {
     /// begins where both are met at once.
     fn meet_constraints_and(&mut self, energy: &dyn PointEnergy, acting: &Acting, h: f64) -> f64 {
         let mut search = self.search.take().unwrap_or_else(|| PointSearch::new(self.damping.len(), self.q.len()));
-        for k in 0..self.damping.len() {
-            let oscillator = Oscillator { damping: self.step_damping(k, h), eigenvalue: self.basis.eigenvalues[k] };
-            (search.gamma[k], search.rate[k]) = oscillator.handle_response(self.integrator, h);
+        let goes_on = std::mem::replace(&mut search.goes_on, true);
+        if !goes_on {
+            for k in 0..self.damping.len() {
+                let oscillator = Oscillator { damping: self.step_damping(k, h), eigenvalue: self.basis.eigenvalues[k] };
+                (search.gamma[k], search.rate[k]) = oscillator.handle_response(self.integrator, h);
+            }
+            search.free.iter_mut().zip(&self.next).for_each(|(free, next)| free.copy_from_slice(next));
         }
-        search.free.iter_mut().zip(&self.next).for_each(|(free, next)| free.copy_from_slice(next));
+        search.exact = self.map.vertices().is_some() || !self.constraints.set().is_empty();
+        if search.exact || !(goes_on && energy.is_nearly_met()) {
+            search.moved.copy_from_slice(&self.next[0]);
+        }
         search.center.copy_from_slice(&self.next[0]);
-        search.moved.copy_from_slice(&self.next[0]);
         search.start.copy_from_slice(&self.q);
         let modes = self.damping.len();
         search.start[modes..].copy_from_slice(&self.next[0][modes..]);

@@ -7,12 +7,14 @@
 //!
 //! found by Newton's method with JᵀHJ for the Hessian of W, H semidefinite: a descent direction whatever the shape, and a line search.
 
-use super::constraints::VertexMap;
+use super::mapped::Mapped;
+use super::shapes::{At, Placing, Shapes};
+use super::square::{Square, dot, padded, rows};
 use crate::Vec3;
 use crate::energy::Curvature;
 use crate::point_energy::{Point, PointEnergy};
-use crate::warp::{Basis, Entry, warp_with_derivative};
-use nalgebra::{Cholesky, DMatrix, DVector, Matrix3, MatrixXx3};
+use crate::warp::Entry;
+use nalgebra::Matrix3;
 
 /// Newton steps and halvings of one, at most.
 const STEPS: usize = 60;
@@ -21,6 +23,9 @@ const HALVINGS: usize = 40;
 const DECREASE: f64 = 1e-4;
 /// Converged when a step would gain this part of the terms' size: of q, its root.
 const GAIN: f64 = 1e-22;
+/// A step that would gain less than this part, and than the second number beside the step before it, is the last.
+const LITTLE: f64 = 1e-15;
+const FALL: f64 = 1e-3;
 /// Of these terms, what rounding may hide.
 const ROUNDING: f64 = 1e-15;
 
@@ -29,130 +34,6 @@ const ROUNDING: f64 = 1e-15;
 const HARD: f64 = 1e3;
 const MEETINGS: usize = 30;
 const NEAR: f64 = 1e-11;
-
-/// q, and what vertices share there ([`VertexMap::share`]).
-type At<'a> = (&'a [f64], &'a [Matrix3<f64>]);
-
-/// How amplitudes place vertices, frame axes.
-pub struct Placing<'a, E: Entry> {
-    pub basis: &'a Basis<E>,
-    /// u = R̃Φq, or u = Φq.
-    pub warped: bool,
-    pub rest: &'a [Vec3],
-    /// What moves vertices instead.
-    pub vertices: Option<&'a dyn VertexMap>,
-}
-
-impl<E: Entry> Placing<'_, E> {
-    /// Sets what vertices share at `q`.
-    fn share(&self, q: &[f64], slopes: bool, shared: &mut Vec<Matrix3<f64>>) {
-        if let Some(map) = self.vertices {
-            map.share(q, slopes, shared);
-        }
-    }
-
-    /// x of vertex `v` with these shapes, with the parts of u as [`warp_with_derivative`] has them.
-    fn place(&self, v: usize, shapes: &[f64], q: &[f64]) -> (Vec3, [Matrix3<f64>; 2]) {
-        let mut sums = [0.0; 6];
-        for (row, q) in shapes.chunks_exact(6).zip(q) {
-            sums.iter_mut().zip(row).for_each(|(sum, x)| *sum += q * x);
-        }
-        let (linear, w) = (Vec3::from_column_slice(&sums[..3]), Vec3::from_column_slice(&sums[3..]));
-        let (u, by_linear, by_w) = warp_with_derivative(&w, &linear, self.warped);
-        (self.rest[v] + u, [by_linear, by_w])
-    }
-
-    /// p of a point with these shapes of its corners, or of itself where a map moves it.
-    fn place_point(&self, point: &Point, shapes: &[f64], (q, shared): At) -> Vec3 {
-        if self.vertices.is_some() {
-            let rest = point.place(|v| self.rest[v]);
-            let (modes, fields) = shapes.split_at(3 * q.len());
-            let linear = modes.chunks_exact(3).zip(q).map(|(row, q)| *q * Vec3::from_column_slice(row));
-            let beyond = fields.chunks_exact(3).zip(shared).map(|(row, n)| n * Vec3::from_column_slice(row));
-            return linear.chain(beyond).fold(rest, |sum, part| sum + part);
-        }
-        let corners = point.corners().zip(shapes.chunks_exact(6 * q.len()));
-        corners.map(|((v, w), shapes)| w * self.place(v, shapes, q).0).fold(Vec3::zeros(), |sum, part| sum + part)
-    }
-
-    /// The same; sets J to ∂p/∂q (modes × 3).
-    fn point_derivative(&self, point: &Point, shapes: &[f64], (q, shared): At, jacobian: &mut MatrixXx3<f64>) -> Vec3 {
-        jacobian.fill(0.0);
-        if self.vertices.is_some() {
-            let (modes, fields) = shapes.split_at(3 * q.len());
-            let slopes = &shared[fields.len() / 3..];
-            for (k, row) in modes.chunks_exact(3).enumerate().take(jacobian.nrows()) {
-                let turned = fields.chunks_exact(3).zip(slopes.iter().skip(k).step_by(jacobian.nrows()));
-                let beyond = turned.map(|(row, slope)| slope * Vec3::from_column_slice(row));
-                let motion = beyond.fold(Vec3::from_column_slice(row), |sum, part| sum + part);
-                (0..3).for_each(|axis| jacobian[(k, axis)] = motion[axis]);
-            }
-            return self.place_point(point, shapes, (q, shared));
-        }
-        let mut x = Vec3::zeros();
-        for ((v, w), shapes) in point.corners().zip(shapes.chunks_exact(6 * q.len())) {
-            let (place, [by_linear, by_w]) = self.place(v, shapes, q);
-            x += w * place;
-            for (k, row) in shapes.chunks_exact(6).enumerate().take(jacobian.nrows()) {
-                let (phi, psi) = (Vec3::from_column_slice(&row[..3]), Vec3::from_column_slice(&row[3..]));
-                let motion = w * (by_linear * phi + by_w * psi);
-                (0..3).for_each(|axis| jacobian[(k, axis)] += motion[axis]);
-            }
-        }
-        x
-    }
-}
-
-/// What amplitudes move points by.
-#[derive(Clone, Default)]
-struct Shapes {
-    points: Vec<Point>,
-    /// Of one corner after the other φ and ψ of each mode. Where a map moves vertices, of each point φ of each mode and each b_c, by the
-    /// weights of its corners.
-    rows: Vec<f64>,
-    /// Where those of each point begin.
-    first: Vec<usize>,
-}
-
-impl Shapes {
-    fn expect(&mut self, points: usize, modes: usize, fields: usize) {
-        self.points.reserve(points);
-        self.first.reserve(points + 1);
-        self.rows.reserve((12 * modes).max(3 * (modes + fields)) * points); // a vertex or two
-    }
-
-    /// Of these points; costs nothing where they are those from before.
-    fn take<E: Entry>(&mut self, points: &[Point], placing: &Placing<E>, modes: usize) {
-        if self.points == points {
-            return;
-        }
-        let Self { points: taken, rows, first } = self;
-        taken.clear();
-        taken.extend_from_slice(points);
-        first.clear();
-        rows.clear();
-        for point in points {
-            first.push(rows.len());
-            if let Some(map) = placing.vertices {
-                let mean = |of: &dyn Fn(usize) -> Vec3| point.place(of);
-                (0..modes).for_each(|k| rows.extend(mean(&|v| placing.basis.at(k, v).0).iter()));
-                (0..map.n_fields()).for_each(|c| rows.extend(mean(&|v| map.field(c, v)).iter()));
-                continue;
-            }
-            for &v in point.vertices() {
-                for k in 0..modes {
-                    let (phi, psi) = placing.basis.at(k, v as usize);
-                    rows.extend(phi.iter().chain(psi.iter()));
-                }
-            }
-        }
-        first.push(rows.len());
-    }
-
-    fn of(&self, i: usize) -> &[f64] {
-        &self.rows[self.first[i]..self.first[i + 1]]
-    }
-}
 
 /// A handle as a spring, with the force that it had last on top.
 #[derive(Clone, Copy)]
@@ -226,6 +107,8 @@ pub struct PointSearch {
     /// Γ and r of each mode.
     pub gamma: Vec<f64>,
     pub rate: Vec<f64>,
+    /// They are of this step, and q⁺ is the end of its last round.
+    pub goes_on: bool,
     /// q and q̇ at the end of the step without constraints and W.
     pub free: [Vec<f64>; 2],
     /// c, and q⁺.
@@ -233,18 +116,24 @@ pub struct PointSearch {
     pub moved: Vec<f64>,
     /// Where the step began.
     pub start: Vec<f64>,
-    gradient: DVector<f64>,
+    /// No step is taken on trust: other conditions are met in turns with this one.
+    pub exact: bool,
+    /// Γ⁻¹.
+    stiff: Vec<f64>,
+    gradient: Vec<f64>,
     /// Δ.
-    direction: DVector<f64>,
-    /// Taken out while it is factorized.
-    hessian: Option<DMatrix<f64>>,
-    jacobian: MatrixXx3<f64>,
-    /// J H.
-    turned: MatrixXx3<f64>,
+    direction: Vec<f64>,
+    hessian: Square,
+    /// Instead, where a map moves vertices.
+    mapped: Option<Box<Mapped>>,
+    /// A row for each axis.
+    jacobian: Vec<f64>,
     trial: Vec<f64>,
     shapes: Shapes,
     /// What vertices share at some q.
     shared: Vec<Matrix3<f64>>,
+    /// What corners move by at q, along Δ, and at the trial.
+    sums: [Vec<[f64; 6]>; 3],
 }
 
 impl PointSearch {
@@ -253,18 +142,22 @@ impl PointSearch {
         Self {
             gamma: vec![0.0; modes],
             rate: vec![0.0; modes],
+            goes_on: false,
             free: [vec![0.0; amplitudes], vec![0.0; amplitudes]],
             center: vec![0.0; amplitudes],
             moved: vec![0.0; amplitudes],
             start: vec![0.0; amplitudes],
-            gradient: DVector::zeros(modes),
-            direction: DVector::zeros(modes),
-            hessian: Some(DMatrix::zeros(modes, modes)),
-            jacobian: MatrixXx3::zeros(modes),
-            turned: MatrixXx3::zeros(modes),
+            exact: false,
+            stiff: vec![0.0; modes],
+            gradient: vec![0.0; modes],
+            direction: vec![0.0; modes],
+            hessian: Square::new(modes),
+            mapped: None,
+            jacobian: vec![0.0; 3 * padded(modes)],
             trial: vec![0.0; amplitudes],
             shapes: Shapes::default(),
             shared: vec![],
+            sums: Default::default(),
         }
     }
 
@@ -272,7 +165,11 @@ impl PointSearch {
     pub fn expect(&mut self, points: usize, fields: usize) {
         let amplitudes = self.moved.len();
         self.shapes.expect(points, amplitudes, fields);
+        if fields > 0 {
+            self.mapped.get_or_insert_with(|| Box::new(Mapped::new(self.gamma.len())));
+        }
         self.shared.reserve((fields * (1 + amplitudes)).saturating_sub(self.shared.len()));
+        self.sums.iter_mut().for_each(|sums| sums.reserve((2 * points).saturating_sub(sums.len())));
     }
 
     /// Moves q⁺ from any guess to the minimum about c.
@@ -306,9 +203,11 @@ impl PointSearch {
         for _ in 0..MEETINGS {
             self.descend(placing, &Joint { energy, points: &points, springs: &springs }, &free, &mut q);
             placing.share(&q, false, &mut self.shared);
+            self.shapes.combine(&q, &mut self.sums[0]);
+            let at = At { q: &q, shared: &self.shared, sums: &self.sums[0] };
             let mut missed = 0.0f64;
             for (i, spring) in springs.iter_mut().enumerate() {
-                let p = placing.place_point(&points[first + i], self.shapes.of(first + i), (&q, &self.shared));
+                let p = placing.place_point(&points[first + i], &self.shapes, first + i, at);
                 let force = spring.pull(&p);
                 missed = missed.max((force - spring.force).norm() / spring.stiffness);
                 spring.force = force;
@@ -319,10 +218,12 @@ impl PointSearch {
         }
         self.center.copy_from_slice(&free);
         placing.share(&q, true, &mut self.shared);
+        let at = At { q: &q, shared: &self.shared, sums: &self.sums[0] };
         for (i, spring) in springs.iter().enumerate() {
-            let (point, shapes) = (&points[first + i], self.shapes.of(first + i));
-            placing.point_derivative(point, shapes, (&q, &self.shared), &mut self.jacobian);
-            self.gradient.gemv(1.0, &self.jacobian, &spring.force, 0.0);
+            let jacobian = (self.gamma.len(), &mut *self.jacobian);
+            placing.derive_point(&points[first + i], &self.shapes, first + i, at, jacobian);
+            self.gradient.fill(0.0);
+            add_along(&self.jacobian, &spring.force, &mut self.gradient);
             let along = self.center.iter_mut().zip(&self.gamma).zip(self.gradient.iter());
             along.for_each(|((center, gamma), along)| *center -= gamma * along);
         }
@@ -330,38 +231,71 @@ impl PointSearch {
     }
 
     fn descend<E: Entry>(&mut self, placing: &Placing<E>, energy: &dyn PointEnergy, center: &[f64], q: &mut [f64]) {
-        let (mut value, mut size) = self.value(placing, energy, center, q);
+        let [mut sums, mut along, mut there] = std::mem::take(&mut self.sums);
+        self.descend_with(placing, energy, (center, q), [&mut sums, &mut along, &mut there]);
+        self.sums = [sums, along, there];
+    }
+
+    fn descend_with<E: Entry>(
+        &mut self,
+        placing: &Placing<E>,
+        energy: &dyn PointEnergy,
+        (center, q): (&[f64], &mut [f64]),
+        [sums, along, there]: [&mut Vec<[f64; 6]>; 3],
+    ) {
+        self.stiff.iter_mut().zip(&self.gamma).for_each(|(stiff, gamma)| *stiff = gamma.recip());
+        self.shapes.combine(q, sums);
+        let (mut value, mut size) = self.value(placing, energy, center, (q, sums));
         self.trial.copy_from_slice(&self.start);
-        let begun = self.trial_value(placing, energy, center);
+        self.shapes.combine(&self.start, there);
+        let begun = self.trial_value(placing, energy, center, there);
         if begun.0 < value {
             (value, size) = begun;
             q.copy_from_slice(&self.start);
+            std::mem::swap(sums, there);
         }
+        let mut last = 0.0;
         for _ in 0..STEPS {
-            let Some(slope) = self.find_direction(placing, energy, center, q) else { return };
+            let Some(slope) = self.find_direction(placing, energy, center, (q, sums)) else { return };
             if -slope <= GAIN * size {
                 return;
             }
+            if !self.exact && -slope <= LITTLE * size && -slope <= FALL * last {
+                q.iter_mut().zip(&self.direction).for_each(|(q, way)| *q += way);
+                return;
+            }
+            last = -slope;
+            self.shapes.combine(&self.direction, along);
             let mut share = 1.0;
             for halving in 0..=HALVINGS {
                 if halving == HALVINGS {
                     return; // as near as rounding lets it
                 }
                 (0..self.gamma.len()).for_each(|k| self.trial[k] = q[k] + share * self.direction[k]);
-                let (there, size_there) = self.trial_value(placing, energy, center);
-                if there - value <= DECREASE * share * slope + ROUNDING * size {
-                    (value, size) = (there, size_there);
+                there.clear();
+                let both = sums.iter().zip(&*along);
+                there.extend(both.map(|(sums, along)| std::array::from_fn(|c| sums[c] + share * along[c])));
+                let (end, size_there) = self.trial_value(placing, energy, center, there);
+                if end - value <= DECREASE * share * slope + ROUNDING * size {
+                    (value, size) = (end, size_there);
                     break;
                 }
                 share *= 0.5;
             }
             q.copy_from_slice(&self.trial);
+            std::mem::swap(sums, there);
         }
     }
 
-    fn trial_value<E: Entry>(&mut self, placing: &Placing<E>, energy: &dyn PointEnergy, center: &[f64]) -> (f64, f64) {
+    fn trial_value<E: Entry>(
+        &mut self,
+        placing: &Placing<E>,
+        energy: &dyn PointEnergy,
+        center: &[f64],
+        sums: &[[f64; 6]],
+    ) -> (f64, f64) {
         let trial = std::mem::take(&mut self.trial);
-        let value = self.value(placing, energy, center, &trial);
+        let value = self.value(placing, energy, center, (&trial, sums));
         self.trial = trial;
         value
     }
@@ -372,17 +306,23 @@ impl PointSearch {
         placing: &Placing<E>,
         energy: &dyn PointEnergy,
         center: &[f64],
-        q: &[f64],
+        (q, sums): (&[f64], &[[f64; 6]]),
     ) -> (f64, f64) {
         placing.share(q, false, &mut self.shared);
         let (mut value, mut size) = (0.0, f64::MIN_POSITIVE);
-        for k in 0..self.gamma.len() {
-            value += 0.5 * (q[k] - center[k]).powi(2) / self.gamma[k];
-            size += (q[k] * q[k] + center[k] * center[k]) / self.gamma[k];
+        if placing.vertices.is_some() {
+            for (k, gamma) in self.gamma.iter().enumerate() {
+                value += 0.5 * (q[k] - center[k]).powi(2) / gamma;
+                size += (q[k] * q[k] + center[k] * center[k]) / gamma;
+            }
+        } else {
+            for (k, stiff) in self.stiff.iter().enumerate() {
+                value += 0.5 * stiff * (q[k] - center[k]).powi(2);
+                size += stiff * (q[k] * q[k] + center[k] * center[k]);
+            }
         }
-        let joined = |(i, point): (usize, &Point)| {
-            energy.value_at(i, &placing.place_point(point, self.shapes.of(i), (q, &self.shared)))
-        };
+        let at = At { q, shared: &self.shared, sums };
+        let joined = |(i, point): (usize, &Point)| energy.value_at(i, &placing.place_point(point, &self.shapes, i, at));
         (value + energy.points().iter().enumerate().map(joined).sum::<f64>(), size)
     }
 
@@ -392,46 +332,45 @@ impl PointSearch {
         placing: &Placing<E>,
         energy: &dyn PointEnergy,
         center: &[f64],
-        q: &[f64],
+        (q, sums): (&[f64], &[[f64; 6]]),
     ) -> Option<f64> {
-        let n = self.gamma.len();
         placing.share(q, true, &mut self.shared);
-        let Self { gamma, gradient, direction, jacobian, turned, shapes, shared, .. } = self;
-        let mut hessian = self.hessian.take().unwrap_or_else(|| DMatrix::zeros(n, n));
-        hessian.fill(0.0);
-        for k in 0..n {
-            gradient[k] = (q[k] - center[k]) / gamma[k];
-            hessian[(k, k)] = gamma[k].recip();
+        let Self { stiff, gamma, gradient, direction, hessian, mapped, jacobian, shapes, shared, .. } = self;
+        let at = At { q, shared, sums };
+        if placing.vertices.is_some() {
+            let mapped = mapped.get_or_insert_with(|| Box::new(Mapped::new(gamma.len())));
+            return mapped.find_direction((placing, energy, shapes), (gamma, center, at), (jacobian, direction));
+        }
+        hessian.set_diagonal(stiff);
+        for (k, (gradient, stiff)) in gradient.iter_mut().zip(&*stiff).enumerate() {
+            *gradient = stiff * (q[k] - center[k]);
         }
         for (i, point) in energy.points().iter().enumerate() {
-            let x = placing.point_derivative(point, shapes.of(i), (q, shared), jacobian);
+            let x = placing.place_point(point, shapes, i, at);
             let (force, stiffness) = (energy.gradient_at(i, &x), energy.hessian_at(i, &x, Curvature::Semidefinite));
-            if stiffness != Matrix3::zeros() {
-                turned.gemm(1.0, jacobian, &stiffness, 0.0);
-                add_lower(turned, jacobian, &mut hessian);
+            let stiff_there = stiffness != Matrix3::zeros();
+            if stiff_there || force != Vec3::zeros() {
+                placing.derive_point(point, shapes, i, at, (stiff.len(), jacobian));
+                add_along(jacobian, &force, gradient);
             }
-            if force != Vec3::zeros() {
-                gradient.gemv(1.0, jacobian, &force, 1.0);
+            if stiff_there {
+                hessian.add(jacobian, &stiffness);
             }
         }
-        let factor = Cholesky::new(hessian)?; // reads the lower half
-        direction.copy_from(gradient);
-        direction.neg_mut();
-        factor.solve_mut(direction);
-        self.hessian = Some(factor.unpack_dirty());
-        let slope = gradient.dot(direction);
+        direction.iter_mut().zip(&*gradient).for_each(|(way, slope)| *way = -slope);
+        if !hessian.solve(direction) {
+            return None;
+        }
+        let slope = dot(gradient, direction);
         slope.is_finite().then_some(slope)
     }
 }
 
-/// Adds the lower half of A Bᵀ, which is symmetric.
-fn add_lower(a: &MatrixXx3<f64>, b: &MatrixXx3<f64>, out: &mut DMatrix<f64>) {
-    let n = a.nrows();
-    let [x, y, z] = [0, 1, 2].map(|c| &a.as_slice()[c * n..][..n]);
-    for (k, column) in out.as_mut_slice().chunks_exact_mut(n).enumerate() {
-        let (s, t, u) = (b[(k, 0)], b[(k, 1)], b[(k, 2)]);
-        for (((sum, x), y), z) in column[k..].iter_mut().zip(&x[k..]).zip(&y[k..]).zip(&z[k..]) {
-            *sum += s * x + t * y + u * z;
-        }
+/// Adds Jᵀ of a force.
+#[inline(always)]
+fn add_along(jacobian: &[f64], force: &Vec3, sum: &mut [f64]) {
+    let [x, y, z] = rows(jacobian, padded(sum.len()));
+    for (((sum, x), y), z) in sum.iter_mut().zip(x).zip(y).zip(z) {
+        *sum += force.x * x + force.y * y + force.z * z;
     }
 }
