@@ -1,6 +1,8 @@
 //! Koiter's energy against closed forms and benchmarks on four kinds of meshes. Prints docs/evidence/koiter.md:
 //!
 //!     cargo run --release --example koiter > docs/evidence/koiter.md
+//!
+//! With `--step` only what a step costs.
 
 #[path = "../common/mod.rs"]
 mod common;
@@ -200,6 +202,9 @@ fn paper_of_beam(cell: f64, sheet: &ElasticSheet) -> Material {
 }
 
 fn main() {
+    if std::env::args().nth(1).as_deref() == Some("--step") {
+        return sheets::cost_of_a_step();
+    }
     println!("# Koiter's energy on four kinds of meshes\n");
     println!(
         "Made by `cargo run --release --example koiter > docs/evidence/koiter.md`. Meshes: rows of near-equilateral triangles; squares cut along one"

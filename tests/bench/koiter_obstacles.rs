@@ -24,7 +24,7 @@ fn nearest(x: &[Vec3], to: Vec3) -> usize {
 }
 
 /// Scordelis and Lo: 50 long, radius 25, 80 degrees, on diaphragms, under 90 an area. The middle of a free edge sinks by 0.3024.
-fn roof(family: Family, n: usize) -> Problem {
+pub fn roof(family: Family, n: usize) -> Problem {
     let (radius, length, half) = (25.0, 50.0, 40.0 * PI / 180.0);
     let (flat, triangles) = rectangle(family, n, 2.0 * half * radius, length);
     let lift = |x: &Vec3| {
@@ -45,7 +45,7 @@ fn roof(family: Family, n: usize) -> Problem {
 }
 
 /// Radius 10, a hole of 18 degrees, pulled out by 2 and pushed in by 2 at four points: each moves by 0.0924.
-fn hemisphere(family: Family, n: usize) -> Problem {
+pub fn hemisphere(family: Family, n: usize) -> Problem {
     let radius = 10.0;
     let (flat, triangles) = closed(rectangle(family, 4 * n, 2.0 * PI, 72.0 * PI / 180.0), 2.0 * PI);
     let place = |x: &Vec3| radius * Vec3::new(x.y.cos() * x.x.cos(), x.y.cos() * x.x.sin(), x.y.sin());
@@ -68,7 +68,7 @@ fn hemisphere(family: Family, n: usize) -> Problem {
 }
 
 /// Radius 100, 200 long, on diaphragms, pinched by 1 at two points: E h w = 164.24.
-fn cylinder(family: Family, n: usize) -> Problem {
+pub fn cylinder(family: Family, n: usize) -> Problem {
     let (radius, length) = (100.0, 200.0);
     let around = 2.0 * PI * radius;
     let (flat, triangles) = closed(rectangle(family, 4 * n, around, length), around);

@@ -273,9 +273,8 @@ fn crease() {
 fn cost() {
     println!("## Cost of a precompute\n");
     println!(
-        "Seconds for 16 modes of a square that is clamped on one side, over those of the paper's energy on the same mesh; the least of seven runs, by turns, in one process. A frame"
+        "Seconds for 16 modes of a square that is clamped on one side, over those of the paper's energy on the same mesh; the least of seven runs, by turns, in one process.\n"
     );
-    println!("costs the same: a step reads modes, whatever energy they are of.\n");
     println!("| mesh | vertices | the paper's, s | Koiter's, s | ratio |\n|---|---|---|---|---|");
     let sheet = ElasticSheet { young: 1e6, poisson: 0.3, thickness: 1e-2, volume_density: 1.0 };
     let paper =
@@ -300,6 +299,74 @@ fn cost() {
         println!("| {} | {} | {p:.3} | {k:.3} | {:.2} |", name(family), square.0.len(), k / p);
     }
     println!();
+}
+
+/// Microseconds of a step of a leaf that swings under gravity: the median of a hundred, and the least of three such, by turns.
+fn step_time(state: &mut State) -> f64 {
+    let mut times: Vec<f64> = (0..100)
+        .map(|_| {
+            let start = Instant::now();
+            state.step(1.0 / 60.0).expect("a step");
+            1e6 * start.elapsed().as_secs_f64()
+        })
+        .collect();
+    times.sort_by(f64::total_cmp);
+    times[50]
+}
+
+/// What a step costs by each method, over that by the paper's energy.
+pub fn cost_of_a_step() {
+    println!("## Cost of a step\n");
+    println!(
+        "A square arched along and across, of squares cut along both diagonals by turns, clamped on one side, 16 modes and 24 fields: microseconds of a step by the paper's energy and by"
+    );
+    println!(
+        "Koiter's, both in the same swing under gravity; the median of a hundred steps, the least of three runs, by turns. Modal methods and the polynomial read what they are made of, whatever"
+    );
+    println!("energy that was; the reduced and the full shell evaluate the energy.\n");
+    println!("| method | the paper's, µs | Koiter's, µs | ratio |\n|---|---|---|---|");
+    let models = arched_pair(Family::UnionJack, 12).map(|(square, material)| {
+        let fresh = Arc::new(made(square.clone(), Make::of(material), clamped(&square)));
+        let reduced = shellwarp::reduced::Options { fields: 24, ..Default::default() };
+        let options = Options { modes: 16, reduced, ..Options::default() };
+        Arc::new(Model::precompute(fresh, &options, &mut |_, _| Ok(())).expect("the sheet is trained"))
+    });
+    let methods = [
+        ("warp", Method::Warp),
+        ("rotation–strain", Method::RotationStrain),
+        ("polynomial shell", Method::PolynomialShell),
+        ("reduced shell", Method::ReducedShell),
+        ("full shell, implicit", Method::ImplicitShell),
+    ];
+    for (name, method) in methods {
+        let mut least = [f64::MAX; 2];
+        for _ in 0..3 {
+            for (least, model) in least.iter_mut().zip(&models) {
+                let mut state =
+                    State::new(model.clone(), method, Integrator::ImplicitEuler).expect("the model has all");
+                state.set_gravity(Vec3::new(0.0, 0.0, -9.8)).expect("gravity is finite");
+                *least = least.min(step_time(&mut state));
+            }
+        }
+        let [p, k] = least;
+        println!("| {name} | {p:.1} | {k:.1} | {:.2} |", k / p);
+    }
+    println!();
+}
+
+/// A square arched along and across, with the constants by both energies of the same sheet.
+fn arched_pair(family: Family, n: usize) -> [(Sheet, Elasticity); 2] {
+    let sheet = ElasticSheet { young: 1e6, poisson: 0.3, thickness: 1e-2, volume_density: 1.0 };
+    let (mut positions, triangles) = rectangle(family, n, 1.0, 1.0);
+    positions.iter_mut().for_each(|x| x.z = 0.4 * x.x * (1.0 - x.x) + 0.3 * (x.y - 0.5).powi(2));
+    let square = (positions, triangles);
+    let paper = shellwarp::Material {
+        k_area: 2.5e3,
+        k_length: 0.25 * 3f64.sqrt() / n as f64 * 1e4,
+        k_bend: 1.0 / 12.0 / 6.0 / (1.0 - 0.09),
+        area_density: 1e-2,
+    };
+    [(square.clone(), paper.into()), (square, sheet.into())]
 }
 
 /// The stages of a training, and the share of its progress at which each ends.
@@ -336,23 +403,13 @@ fn cost_of_training() {
     println!("sample as many elements as leave 1 % of the forces, and 640 at most.\n");
     println!("| mesh | vertices | ratio | all | {} | elements |", STAGES.map(|(_, name)| name).join(" | "));
     println!("|---|---|---|---|---|---|---|---|---|");
-    let sheet = ElasticSheet { young: 1e6, poisson: 0.3, thickness: 1e-2, volume_density: 1.0 };
     for family in [Family::Equilateral, Family::UnionJack] {
-        let n = 24;
-        let (mut positions, triangles) = rectangle(family, n, 1.0, 1.0);
-        positions.iter_mut().for_each(|x| x.z = 0.4 * x.x * (1.0 - x.x) + 0.3 * (x.y - 0.5).powi(2));
-        let square = (positions, triangles);
-        let paper = shellwarp::Material {
-            k_area: 2.5e3,
-            k_length: 0.25 * 3f64.sqrt() / n as f64 * 1e4,
-            k_bend: 1.0 / 12.0 / 6.0 / (1.0 - 0.09),
-            area_density: 1e-2,
-        };
+        let pair = arched_pair(family, 24);
         let mut least = [[f64::MAX; 5]; 2];
         let mut elements = [0; 2];
         for _ in 0..3 {
-            for (k, material) in [Elasticity::from(paper), sheet.into()].into_iter().enumerate() {
-                let (seconds, count) = training_time(&square, material, 24);
+            for (k, (square, material)) in pair.iter().enumerate() {
+                let (seconds, count) = training_time(square, *material, 24);
                 elements[k] = count;
                 if seconds[4] < least[k][4] {
                     least[k] = seconds;
@@ -362,7 +419,7 @@ fn cost_of_training() {
         let [p, k] = least;
         let stages = [4, 0, 1, 2, 3].map(|s| format!("{:.2}, {:.2}", p[s], k[s])).join(" | ");
         let [a, b] = elements;
-        println!("| {} | {} | {:.2} | {stages} | {a}, {b} |", name(family), square.0.len(), k[4] / p[4]);
+        println!("| {} | {} | {:.2} | {stages} | {a}, {b} |", name(family), pair[0].0.0.len(), k[4] / p[4]);
     }
     println!(
         "\nTwo thirds are the samples: nonnegative least squares on the forces of all elements at all poses. Poses and polynomial are made by"
@@ -380,5 +437,6 @@ pub fn print() {
     orthotropic();
     crease();
     cost();
+    cost_of_a_step();
     cost_of_training();
 }

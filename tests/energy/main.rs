@@ -14,6 +14,7 @@ mod koiter;
 mod look;
 mod maps;
 mod mechanisms;
+mod obstacles;
 mod orthotropy;
 mod point_energy;
 mod sparse;

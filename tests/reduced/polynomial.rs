@@ -3,7 +3,7 @@
 use crate::common::*;
 use nalgebra::{DMatrix, DVector, Matrix3, Rotation3};
 use shellwarp::energy::Curvature;
-use shellwarp::material::{Crease, ElasticSheet, Map, On, Quantity};
+use shellwarp::material::{Crease, ElasticSheet, Fibres, Map, On, Quantity};
 use shellwarp::model::{Model, Options, Precision};
 use shellwarp::reduced::polynomial::{Gate, PolynomialEnergy, Sources, make};
 use shellwarp::reduced::{self, AnyFields, Assumed, Elastic, Newton, Potential, ReducedEnergy, ReducedShell, Stop};
@@ -76,13 +76,27 @@ fn koiter_gutter() -> &'static Arc<Model> {
     })
 }
 
+/// The leaf with a grain: ten times stiffer along its length than across.
+fn koiter_grain() -> &'static Arc<Model> {
+    static MODEL: OnceLock<Arc<Model>> = OnceLock::new();
+    MODEL.get_or_init(|| {
+        let (positions, triangles) = leaf_like();
+        let clamped = (0..positions.len() as u32).filter(|v| positions[*v as usize][0] < 0.08).collect();
+        let supports = Supports { clamped, ..Default::default() };
+        let mesh = Mesh::new(positions, &triangles).unwrap();
+        let fibres = Some(Fibres { across: 0.1, shear: 0.1, directions: vec![Vec3::x()] });
+        model(&Arc::new(Shell::made(mesh, Make { fibres, ..Make::of(SHEET) }, &supports).unwrap()), 20)
+    })
+}
+
 /// All shells that are tried, by name.
-fn shells() -> [(&'static str, &'static Arc<Model>); 5] {
+fn shells() -> [(&'static str, &'static Arc<Model>); 6] {
     [
         ("curved", curved()),
         ("folded", folded()),
         ("cylinder", cylinder()),
         ("Koiter's leaf", koiter_leaf()),
+        ("Koiter's grain", koiter_grain()),
         ("Koiter's gutter", koiter_gutter()),
     ]
 }
