@@ -58,13 +58,26 @@ fn polynomial_step(n: usize) {
     black_box(state.save());
 }
 
+/// Of the same strip as a sheet in engineering units.
+fn sheet_step(method: Method, n: usize) {
+    let mut state = scene::moving(&scene::clamped_sheet_model(200, n - 8), method);
+    measured(&mut || state.step(FRAME).expect("a step"));
+    black_box(state.save());
+}
+
+fn reduced_step(n: usize) {
+    let mut state = scene::moving(&scene::clamped_model(200, n - 8), Method::ReducedShell);
+    measured(&mut || state.step(FRAME).expect("a step"));
+    black_box(state.save());
+}
+
 fn precompute() {
     let shell = Arc::new(common::reference("v_beam").0);
     let options = Options { modes: 8, ..Options::default() };
     measured(&mut || consume(&Model::precompute(shell.clone(), &options, &mut |_, _| Ok(())).expect("modes")));
 }
 
-const CASES: [(&str, fn()); 13] = [
+const CASES: [(&str, fn()); 16] = [
     ("step, LMA", || step(Method::LinearModalAnalysis, Precision::F32)),
     ("step, warp", || step(Method::Warp, Precision::F32)),
     ("step, virtual work", || step(Method::VirtualWorkWarp, Precision::F32)),
@@ -73,6 +86,9 @@ const CASES: [(&str, fn()); 13] = [
     ("step, warp, 1 handle", constraint_step),
     ("step, polynomial, 20", || polynomial_step(20)),
     ("step, polynomial, 28", || polynomial_step(28)),
+    ("step, polynomial, sheet", || sheet_step(Method::PolynomialShell, 20)),
+    ("step, reduced, 20", || reduced_step(20)),
+    ("step, reduced, sheet", || sheet_step(Method::ReducedShell, 20)),
     ("positions, f32", || read(|state| state.position_rows_f32(Space::World, |_, rows| consume(rows)))),
     ("positions, f64", || read(|state| state.position_rows(Space::World, |_, rows| consume(rows)))),
     ("rotations", || read(|state| state.rotations(Space::World, |_, rotation| consume(&rotation)).expect("rotations"))),

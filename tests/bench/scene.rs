@@ -2,6 +2,7 @@
 //! the sheet, normalised as modes are; a kernel's time does not depend on what they look like.
 #![allow(dead_code, missing_docs)] // each benchmark uses its own part
 
+use shellwarp::material::ElasticSheet;
 use shellwarp::modal::{AnyBasis, ModalBasis};
 use shellwarp::model::{Model, Options, Precision};
 use shellwarp::modes::SpectrumCertificate;
@@ -109,7 +110,18 @@ pub fn clamped_model(n: usize, fields: usize) -> Arc<Model> {
     let mesh = strip(n);
     let fixed = (0..n as u32).filter(|&v| mesh.positions[v as usize].x < 2.5 * mesh.positions[1].y).collect();
     let material = Material { k_area: 1e4, k_length: 1e4, k_bend: 0.1, area_density: 1.0 };
-    let shell = Shell::new(mesh, material, &Supports { fixed, ..Default::default() }).expect("a sound shell");
+    trained_strip(Shell::new(mesh, material, &Supports { fixed, ..Default::default() }).expect("a sound shell"), fields)
+}
+
+/// The same of a sheet in engineering units, of the same stiffness against bending.
+pub fn clamped_sheet_model(n: usize, fields: usize) -> Arc<Model> {
+    let mesh = strip(n);
+    let clamped = (0..n as u32).filter(|&v| mesh.positions[v as usize].x < 1.5 * mesh.positions[1].y).collect();
+    let sheet = ElasticSheet { young: 1e6, poisson: 0.3, thickness: 0.0187, volume_density: 53.5 };
+    trained_strip(Shell::new(mesh, sheet, &Supports { clamped, ..Default::default() }).expect("a sound shell"), fields)
+}
+
+fn trained_strip(shell: Shell, fields: usize) -> Arc<Model> {
     let reduced = reduced::Options { fields, ..Default::default() };
     let options = Options { modes: 8, reduced, ..Options::default() };
     Arc::new(Model::precompute(Arc::new(shell), &options, &mut |_, _| Ok(())).expect("a model"))
