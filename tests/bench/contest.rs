@@ -1,4 +1,4 @@
-//! Contestants that take turns on one machine, and the floors that kernels are measured against.
+//! Contestants that take turns on one machine, and the readings that kernels are measured against.
 //!
 //! Criterion and divan time one function after the other; on a machine with other work to do that makes ratios worthless, so
 //! here the contestants take turns and the least time of each counts. Caches are warm: a basis that fits one is read from it.
@@ -56,7 +56,7 @@ pub fn measure(contestants: &mut [Contestant]) {
     }
 }
 
-/// Reads `basis` in blocks of `block` floats and, with room for it, writes 48 floats a block: the floors.
+/// Reads `basis` in blocks of `block` floats and, with room for it, writes 48 floats a block: the readings.
 pub struct Stream<'a> {
     pub basis: &'a [f32],
     pub block: usize,

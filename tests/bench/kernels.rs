@@ -1,4 +1,4 @@
-//! Nanoseconds per vertex of every run-time kernel through the C interface, beside floors measured in the same rounds:
+//! Nanoseconds per vertex of every run-time kernel through the C interface, beside readings of the basis measured in the same rounds:
 //!
 //! - `read`: streaming the basis once, as a step must at least;
 //! - `read + write`: the same, and writing three floats a vertex, as reading positions must at least;
@@ -110,8 +110,8 @@ struct Time {
     vertices: usize,
     modes: usize,
     nanoseconds: f64,
-    /// Of its floor.
-    floor: f64,
+    /// Of its reading of the basis.
+    reading: f64,
 }
 
 impl Time {
@@ -172,14 +172,14 @@ fn race(n: usize, modes: usize) -> Vec<Time> {
         vertices: n,
         modes,
         nanoseconds: nanoseconds(one.best),
-        floor: if one.name.starts_with("positions") { write } else { read },
+        reading: if one.name.starts_with("positions") { write } else { read },
     };
     all.into_iter().map(time).collect()
 }
 
-/// One table: a row for each kernel, a column for each size; ns per vertex and the ratio to the kernel's floor.
+/// One table: a row for each kernel, a column for each size; ns per vertex and the ratio to the reading of its basis.
 fn table(title: &str, columns: &[Vec<Time>]) -> String {
-    let mut text = format!("### {title}\n\n| ns per vertex (× floor) |");
+    let mut text = format!("### {title}\n\n| ns per vertex (× reading) |");
     for column in columns {
         let _ = write!(text, " n = {}, m = {} |", column[0].vertices, column[0].modes);
     }
@@ -188,7 +188,7 @@ fn table(title: &str, columns: &[Vec<Time>]) -> String {
     for (k, Time { kernel, .. }) in longest.iter().enumerate() {
         let _ = write!(text, "| {kernel} |");
         for column in columns {
-            let cell = |time: &Time| format!(" {:.2} ({:.2}) |", time.nanoseconds, time.nanoseconds / time.floor);
+            let cell = |time: &Time| format!(" {:.2} ({:.2}) |", time.nanoseconds, time.nanoseconds / time.reading);
             text += &column.get(k).map_or(" |".to_owned(), cell);
         }
         text += "\n";
@@ -200,7 +200,7 @@ fn table(title: &str, columns: &[Vec<Time>]) -> String {
     text + "\n"
 }
 
-/// What was set as a goal for this library, in a kernel's floors: on AVX-512, and where that was told on AVX2.
+/// What was set as a goal for this library, in readings of the basis: on AVX-512, and where that was told on AVX2.
 const GOALS: [(&str, usize, usize, &str); 11] = [
     ("positions, f32", 13_118, 4, "1.03; AVX2 1.3–1.4"),
     ("positions, f32", 13_118, 50, "0.9–1.05"),
@@ -221,17 +221,17 @@ fn goals(times: &[Time], batches: &[many::Batch]) -> String {
     for (kernel, n, m, goal) in GOALS {
         let found = times.iter().find(|t| t.is(kernel, n, m));
         if let Some(time) = found {
-            let now = time.nanoseconds / time.floor;
-            let _ = writeln!(text, "| {kernel}, n = {n}, m = {m} | {goal} × floor | {now:.2} |");
+            let now = time.nanoseconds / time.reading;
+            let _ = writeln!(text, "| {kernel}, n = {n}, m = {m} | {goal} × reading | {now:.2} |");
         }
     }
     text + &many::goals(batches)
 }
 
 fn csv(times: &[Time], batches: &[many::Batch]) -> String {
-    let mut text = "kernel,vertices,modes,states,threads,ns_per_vertex,times_floor,goal\n".to_owned();
+    let mut text = "kernel,vertices,modes,states,threads,ns_per_vertex,times_reading,goal\n".to_owned();
     for t in times {
-        let (ns, ratio) = (t.nanoseconds, t.nanoseconds / t.floor);
+        let (ns, ratio) = (t.nanoseconds, t.nanoseconds / t.reading);
         let goal = GOALS.iter().find(|(kernel, n, m, _)| t.is(kernel, *n, *m)).map_or("", |goal| goal.3);
         let _ = writeln!(text, "\"{}\",{},{},1,1,{ns:.4},{ratio:.4},{goal}", t.kernel, t.vertices, t.modes);
     }

@@ -18,8 +18,8 @@ pub struct Kernel {
     states: usize,
     threads: usize,
     ns_per_vertex: f64,
-    times_floor: Option<f64>,
-    /// In floors.
+    times_reading: Option<f64>,
+    /// In readings of the basis.
     goal: String,
 }
 
@@ -33,9 +33,9 @@ pub fn read(file: &Path) -> Result<Vec<Kernel>> {
 }
 
 pub fn goals(kernels: &[Kernel]) -> Table {
-    let mut table = Table::new("kernels", &["kernel", "vertices", "modes", "goal, × floor", "now"]);
+    let mut table = Table::new("kernels", &["kernel", "vertices", "modes", "goal, × reading", "now"]);
     for k in kernels.iter().filter(|k| !k.goal.is_empty()) {
-        let now = k.times_floor.map_or_else(String::new, |ratio| format!("{ratio:.2}"));
+        let now = k.times_reading.map_or_else(String::new, |ratio| format!("{ratio:.2}"));
         table.push([k.kernel.clone(), k.vertices.to_string(), k.modes.to_string(), k.goal.clone(), now]);
     }
     table

@@ -342,9 +342,7 @@ pub fn write(folder: &Path, report: &Report, figures: &[Figure], machine: &str, 
         ("plot_vertices", figure("cost_vertices")),
         ("plot_cost_modes", figure("cost_modes")),
         ("growth", report.growth_table().html()),
-        ("goals", kernels::goals(&report.kernels).html()),
-        ("plot_kernels_vertices", figure("kernels_vertices")),
-        ("plot_kernels_modes", figure("kernels_modes")),
+        ("kernels", kernels_section(report, &(figure("kernels_vertices") + &figure("kernels_modes")))),
         ("plot_precompute", figure("precompute")),
         ("precompute", report.precompute_table().html()),
         ("reduced", report.reduced_table().html()),
@@ -371,6 +369,16 @@ pub fn filled(template: &str, parts: &[(&str, String)]) -> String {
         rest = after;
     }
     text + rest
+}
+
+/// What `make bench` measured; nothing where it was not run.
+fn kernels_section(report: &Report, plots: &str) -> String {
+    if report.kernels.is_empty() {
+        return String::new();
+    }
+    let text = "Of the last <code>make bench</code> beside this page. A reading is that of the basis once in the widest registers and, for positions, \
+        the writing of them, timed in the same turns. All figures and what limits them: docs/evidence/speed.md.";
+    format!("<h3>The kernels and their goals</h3>\n<p>{text}</p>\n{}{plots}", kernels::goals(&report.kernels).html())
 }
 
 fn scene_section(title: &str, text: &str, plot: &str) -> String {
