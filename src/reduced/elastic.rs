@@ -32,6 +32,18 @@ pub trait Elastic: Send + Sync {
     fn hessian(&self, q: &[f64], curvature: Curvature, scratch: &mut Scratch, out: &mut DMatrix<f64>);
     /// What damping in proportion to stiffness multiplies the rates by.
     fn viscosity(&self, q: &[f64], scratch: &mut Scratch, out: &mut DMatrix<f64>);
+    /// E as nearly as a choice between two guesses needs it.
+    fn near_value(&self, q: &[f64], scratch: &mut Scratch) -> f64 {
+        self.value(q, scratch)
+    }
+    /// ∂E/∂q as nearly as a Newton step needs it that leaves 1e-5 and more.
+    fn near_gradient(&self, q: &[f64], scratch: &mut Scratch, out: &mut [f64]) {
+        self.gradient(q, scratch, out);
+    }
+    /// ∂²E/∂q² beside it, where `near_gradient` was asked for the same q.
+    fn near_hessian(&self, q: &[f64], scratch: &mut Scratch, out: &mut DMatrix<f64>) {
+        self.hessian(q, Curvature::Exact, scratch, out);
+    }
 }
 
 /// Room for the evaluation of the energy that made it.
@@ -101,7 +113,7 @@ impl Scratch {
 
 /// By the methods of these names.
 macro_rules! elastic {
-    ($energy:ident, $hessian:ident) => {
+    ($energy:ident, $hessian:ident $(, $more:item)*) => {
         impl Elastic for $energy {
             fn n(&self) -> usize {
                 self.n()
@@ -124,9 +136,22 @@ macro_rules! elastic {
             fn viscosity(&self, q: &[f64], scratch: &mut Scratch, out: &mut DMatrix<f64>) {
                 self.viscosity(q, scratch, out);
             }
+            $($more)*
         }
     };
 }
 
 elastic!(ReducedEnergy, hessian);
-elastic!(PolynomialEnergy, lower_hessian);
+elastic!(
+    PolynomialEnergy,
+    lower_hessian,
+    fn near_value(&self, q: &[f64], scratch: &mut Scratch) -> f64 {
+        self.near_value(q, scratch)
+    },
+    fn near_gradient(&self, q: &[f64], scratch: &mut Scratch, out: &mut [f64]) {
+        self.near_gradient(q, scratch, out);
+    },
+    fn near_hessian(&self, q: &[f64], scratch: &mut Scratch, out: &mut DMatrix<f64>) {
+        self.near_hessian(q, scratch, out);
+    }
+);

@@ -1,21 +1,22 @@
-//! UᵀU of small positive definite matrices in registers of any width: those of reduced Hessians.
+//! UᵀD⁻¹U of small positive definite matrices in registers of any width, D the diagonal of U: those of reduced Hessians.
+#![allow(clippy::needless_range_loop)] // registers are unrolled by number
 
+use super::outer::{ROWS, add_outer};
 use super::products::WIDTH;
 use nalgebra::DMatrix;
 use pulp::{Arch, Simd, WithSimd};
-
-/// Rows that are made at once.
-const ROWS: usize = 4;
 
 /// Room for a matrix, and its factor.
 #[derive(Clone)]
 pub struct Factor {
     n: usize,
     stride: usize,
-    /// U by rows; what is before the diagonal has no meaning.
+    /// U and −D⁻¹U by rows, a multiple of [`ROWS`] of them, the last of the identity; what is before the diagonal has no meaning.
     rows: Vec<f64>,
-    /// 1/U_kk.
+    scaled: Vec<f64>,
+    /// 1/D.
     inverse: Vec<f64>,
+    /// Of a solution: what is left of the right-hand side, and what is found.
     x: Vec<f64>,
     arch: Arch,
 }
@@ -23,32 +24,37 @@ pub struct Factor {
 impl Factor {
     /// Of the identity, computed in the registers `arch`.
     pub fn new(n: usize, arch: Arch) -> Self {
-        let stride = n.max(1).next_multiple_of(WIDTH);
-        let mut rows = vec![0.0; n * stride];
-        (0..n).for_each(|k| rows[k * stride + k] = 1.0);
-        Self { n, stride, rows, inverse: vec![1.0; n], x: vec![0.0; stride], arch }
+        let (stride, count) = (n.max(1).next_multiple_of(WIDTH), n.next_multiple_of(ROWS));
+        let mut rows = vec![0.0; count * stride];
+        (0..count).for_each(|k| rows[k * stride + k] = 1.0);
+        let scaled = rows.iter().map(|x| -x).collect();
+        Self { n, stride, rows, scaled, inverse: vec![1.0; count], x: vec![0.0; 2 * stride], arch }
     }
 
     /// Factorizes; of the matrix, the lower triangle counts. False where it is not positive definite, and then there is no factor.
     pub fn factorize(&mut self, matrix: &DMatrix<f64>) -> bool {
+        self.rows.fill(0.0); // before the diagonal and beyond the rows there may be no numbers from another matrix
         for (k, (row, column)) in self.rows.chunks_exact_mut(self.stride).zip(matrix.column_iter()).enumerate() {
-            row[..k].fill(0.0);
             row[k..self.n].copy_from_slice(&column.as_slice()[k..]);
         }
-        let Self { n, stride, rows, inverse, arch, .. } = self;
-        arch.dispatch(Factorize { size: (*n, *stride), rows, inverse })
+        for k in self.n..self.inverse.len() {
+            self.rows[k * self.stride + k] = 1.0;
+        }
+        let Self { stride, rows, scaled, inverse, arch, .. } = self;
+        arch.dispatch(Factorize { stride: *stride, rows, scaled, inverse })
     }
 
     /// x becomes H⁻¹x.
     pub fn solve(&mut self, x: &mut [f64]) {
-        let Self { n, stride, rows, inverse, x: room, arch } = self;
-        arch.dispatch(Solve { size: (*n, *stride), rows, inverse, room, x });
+        let Self { stride, rows, inverse, x: room, arch, .. } = self;
+        arch.dispatch(Solve { stride: *stride, rows, inverse, room, x });
     }
 }
 
 struct Factorize<'a> {
-    size: (usize, usize),
+    stride: usize,
     rows: &'a mut [f64],
+    scaled: &'a mut [f64],
     inverse: &'a mut [f64],
 }
 
@@ -57,73 +63,64 @@ impl WithSimd for Factorize<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> bool {
-        let Self { size: (n, stride), rows, inverse } = self;
-        let columns = stride * size_of::<f64>() / size_of::<S::f64s>();
-        let lanes = stride / columns;
-        for k in (0..n).step_by(ROWS) {
+        let Self { stride, rows, scaled, inverse } = self;
+        let lanes = size_of::<S::f64s>() / size_of::<f64>();
+        for (block, inverse) in inverse.as_chunks_mut::<ROWS>().0.iter_mut().enumerate() {
+            let k = ROWS * block;
             let (above, rest) = rows.split_at_mut(k * stride);
-            let own = &mut rest[..ROWS.min(n - k) * stride];
-            subtract::<S>(simd, above, own, (k, columns), n.div_ceil(lanes));
-            for r in 0..own.len() / stride {
-                let (before, row) = own.split_at_mut(r * stride);
-                let row = &mut row[..stride];
-                for other in before.chunks_exact(stride) {
-                    let factor = simd.splat_f64s(other[k + r]);
-                    let (other, row) = (S::as_simd_f64s(other).0, S::as_mut_simd_f64s(row).0);
-                    for (x, other) in row[k / lanes..].iter_mut().zip(&other[k / lanes..]) {
-                        *x = simd.negate_mul_add_e_f64s(*other, factor, *x);
-                    }
-                }
-                let pivot = row[k + r];
-                if !(pivot > 0.0 && pivot < f64::INFINITY) {
-                    return false;
-                }
-                let scale = pivot.sqrt().recip();
-                inverse[k + r] = scale;
-                let scale = simd.splat_f64s(scale);
-                for x in &mut S::as_mut_simd_f64s(row).0[k / lanes..] {
-                    *x = simd.mul_f64s(*x, scale);
-                }
-            }
+            let (scaled_above, scaled) = scaled.split_at_mut(k * stride);
+            let own = &mut rest[..ROWS * stride];
+            add_outer::<S>(simd, (scaled_above, above), own, (k, stride));
+            let Some((below, pivots)) = corner(own, (k, stride)) else { return false };
+            *inverse = pivots;
+            eliminate::<S>(simd, (own, &mut scaled[..ROWS * stride]), (&below, &pivots), (k / lanes, stride / lanes));
         }
         true
     }
 }
 
-/// own −= what the rows above have to do with it.
+/// Of a block's rows: how much of those before it each has, and 1/D; none where one is not positive.
 #[inline(always)]
-fn subtract<S: Simd>(simd: S, above: &[f64], own: &mut [f64], (k, columns): (usize, usize), used: usize) {
-    let count = own.len() / (columns * size_of::<S::f64s>() / size_of::<f64>());
-    let stride = own.len() / count;
-    let lanes = stride / columns;
-    let own = S::as_mut_simd_f64s(own).0;
-    for a in (k / lanes..used).step_by(2) {
-        let two = usize::from(a + 1 < used);
-        let mut sums = [[simd.splat_f64s(0.0); 2]; ROWS];
-        for (r, row) in own.chunks_exact(columns).enumerate() {
-            sums[r] = [row[a], row[a + two]];
-        }
-        for row in above.chunks_exact(stride) {
-            // Of the last rows there may be fewer than ROWS: numbers of the padding stand for theirs.
-            let (factors, row) = (&row.as_chunks::<ROWS>().0[k / ROWS], S::as_simd_f64s(row).0);
-            let right = [row[a], row[a + two]];
-            for (sums, factor) in sums.iter_mut().zip(factors) {
-                let factor = simd.splat_f64s(*factor);
-                sums[0] = simd.negate_mul_add_e_f64s(right[0], factor, sums[0]);
-                sums[1] = simd.negate_mul_add_e_f64s(right[1], factor, sums[1]);
+fn corner(own: &[f64], (k, stride): (usize, usize)) -> Option<([[f64; ROWS]; ROWS], [f64; ROWS])> {
+    let mut a: [[f64; ROWS]; ROWS] = std::array::from_fn(|r| std::array::from_fn(|c| own[r * stride + k + c]));
+    let (mut below, mut inverse) = ([[0.0; ROWS]; ROWS], [0.0; ROWS]);
+    let mut positive = true;
+    for p in 0..ROWS {
+        positive &= a[p][p] > 0.0 && a[p][p] < f64::INFINITY;
+        inverse[p] = a[p][p].recip();
+        for r in p + 1..ROWS {
+            below[r][p] = a[p][r] * inverse[p];
+            for c in r..ROWS {
+                a[r][c] -= below[r][p] * a[p][c];
             }
         }
-        for (row, sums) in own.chunks_exact_mut(columns).zip(&sums) {
-            row[a] = sums[0];
-            if two == 1 {
-                row[a + 1] = sums[1];
+    }
+    positive.then_some((below, inverse))
+}
+
+/// Takes off each row of a block what it has of those before it.
+#[inline(always)]
+fn eliminate<S: Simd>(
+    simd: S,
+    (own, scaled): (&mut [f64], &mut [f64]),
+    (below, inverse): (&[[f64; ROWS]; ROWS], &[f64; ROWS]),
+    (from, columns): (usize, usize),
+) {
+    let [(own, _), (scaled, _)] = [own, scaled].map(|x| S::as_mut_simd_f64s(x));
+    for c in from..columns {
+        let mut x: [S::f64s; ROWS] = std::array::from_fn(|r| own[r * columns + c]);
+        for r in 0..ROWS {
+            for p in 0..r {
+                x[r] = simd.negate_mul_add_e_f64s(x[p], simd.splat_f64s(below[r][p]), x[r]);
             }
+            own[r * columns + c] = x[r];
+            scaled[r * columns + c] = simd.mul_f64s(x[r], simd.splat_f64s(-inverse[r]));
         }
     }
 }
 
 struct Solve<'a> {
-    size: (usize, usize),
+    stride: usize,
     rows: &'a [f64],
     inverse: &'a [f64],
     room: &'a mut [f64],
@@ -135,28 +132,57 @@ impl WithSimd for Solve<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { size: (n, stride), rows, inverse, room, x } = self;
+        let Self { stride, rows, inverse, room, x } = self;
         let lanes = size_of::<S::f64s>() / size_of::<f64>();
-        room[..n].copy_from_slice(x);
-        room[n..].fill(0.0);
-        for (k, row) in rows.chunks_exact(stride).enumerate() {
-            x[k] = room[k] * inverse[k];
-            let factor = simd.splat_f64s(x[k]);
-            let (row, room) = (S::as_simd_f64s(row).0, S::as_mut_simd_f64s(room).0);
-            for (y, u) in room[k / lanes..].iter_mut().zip(&row[k / lanes..]) {
-                *y = simd.negate_mul_add_e_f64s(*u, factor, *y);
+        let columns = stride / lanes;
+        let n = x.len();
+        let (left, solved) = room.split_at_mut(stride);
+        left[..x.len()].copy_from_slice(x);
+        left[x.len()..].fill(0.0);
+        solved.fill(0.0);
+        let blocks = || rows.chunks_exact(ROWS * stride).zip(inverse.as_chunks::<ROWS>().0).enumerate();
+        for (block, (rows, inverse)) in blocks() {
+            let k = ROWS * block;
+            let mut own: [f64; ROWS] = std::array::from_fn(|r| left[k + r]);
+            for r in 0..ROWS {
+                own[r] *= inverse[r];
+                (r + 1..ROWS).for_each(|c| own[c] -= own[r] * rows[r * stride + k + c]);
             }
-        }
-        room.fill(0.0);
-        for (k, row) in rows.chunks_exact(stride).enumerate().rev() {
-            let mut sum = simd.splat_f64s(0.0);
-            let row = S::as_simd_f64s(row).0;
-            for (y, u) in S::as_simd_f64s(room).0[k / lanes..].iter().zip(&row[k / lanes..]) {
-                sum = simd.mul_add_e_f64s(*u, *y, sum);
+            let (rows, wide) = (S::as_simd_f64s(rows).0, S::as_mut_simd_f64s(left).0);
+            let mut factors = [simd.splat_f64s(0.0); ROWS];
+            for r in 0..ROWS {
+                factors[r] = simd.splat_f64s(own[r]);
             }
-            x[k] = (x[k] - simd.reduce_sum_f64s(sum)) * inverse[k];
-            room[k] = x[k];
+            for c in k / lanes..columns {
+                let mut y = wide[c];
+                for r in 0..ROWS {
+                    y = simd.negate_mul_add_e_f64s(rows[r * columns + c], factors[r], y);
+                }
+                wide[c] = y;
+            }
+            x[k..(k + ROWS).min(n)].iter_mut().zip(own).for_each(|(x, own)| *x = own);
         }
+        for (block, (rows, inverse)) in blocks().rev() {
+            let k = ROWS * block;
+            let mut sums = [simd.splat_f64s(0.0); ROWS];
+            let wide = (S::as_simd_f64s(rows).0, S::as_simd_f64s(solved).0);
+            for c in k / lanes..columns {
+                for r in 0..ROWS {
+                    sums[r] = simd.mul_add_e_f64s(wide.0[r * columns + c], wide.1[c], sums[r]);
+                }
+            }
+            let before: [f64; ROWS] = std::array::from_fn(|r| x.get(k + r).copied().unwrap_or(0.0));
+            let mut own = [0.0; ROWS];
+            for r in 0..ROWS {
+                own[r] = simd.reduce_sum_f64s(sums[r]);
+            }
+            for r in (0..ROWS).rev() {
+                let beside: f64 = (r + 1..ROWS).map(|c| rows[r * stride + k + c] * own[c]).sum();
+                own[r] = before[r] - (own[r] + beside) * inverse[r];
+            }
+            solved[k..k + ROWS].copy_from_slice(&own);
+        }
+        x.copy_from_slice(&solved[..n]);
     }
 }
 

@@ -17,6 +17,7 @@ mod factor;
 mod fields;
 mod joined;
 mod newton;
+mod outer;
 mod packed;
 pub mod polynomial;
 mod precompute;

@@ -42,6 +42,8 @@ pub struct Potential<'a> {
     pub shift: f64,
     /// C.
     pub matrix: Option<&'a DMatrix<f64>>,
+    /// More on the diagonal of C.
+    pub diagonal: Option<&'a [f64]>,
     /// b.
     pub load: &'a [f64],
     /// Constraints.
@@ -53,7 +55,7 @@ pub struct Potential<'a> {
 impl<'a> Potential<'a> {
     /// Of a dead load alone.
     pub fn of_load(load: &'a [f64]) -> Self {
-        Self { shift: 0.0, matrix: None, load, constraints: None, joined: None }
+        Self { shift: 0.0, matrix: None, diagonal: None, load, constraints: None, joined: None }
     }
 }
 
@@ -210,8 +212,11 @@ impl Newton {
         if let Some(rows) = potential.constraints {
             self.goal.copy_from(&rows.target);
         }
-        let at_b = self.merit(energy, potential, b);
-        self.merit(energy, potential, a) <= at_b // last, as the search begins there most often
+        let [at_b, at_a] = [b, a].map(|q| {
+            let elastic = energy.near_value(q, &mut self.scratch);
+            self.merit_beside(elastic, potential, q)
+        });
+        at_a <= at_b // a last, as the search begins there most often
     }
 
     /// Moves `q` to a minimum; where it finds none, not to where Π is larger. Does not allocate.
@@ -240,8 +245,15 @@ impl Newton {
     /// Π + ρ Σ|Jq − d|.
     fn merit(&mut self, energy: &dyn Elastic, potential: &Potential, q: &[f64]) -> f64 {
         let elastic = energy.value(q, &mut self.scratch);
+        self.merit_beside(elastic, potential, q)
+    }
+
+    /// The same, with E.
+    fn merit_beside(&self, elastic: f64, potential: &Potential, q: &[f64]) -> f64 {
         let quadratic: f64 = q.iter().zip(potential.load).map(|(q, b)| q * (0.5 * potential.shift * q - b)).sum();
-        let viscous = potential.matrix.map_or(0.0, |c| 0.5 * self.product(c, q, |k, cq| q[k] * cq));
+        let along = |c: &[f64]| c.iter().zip(q).map(|(c, q)| c * q * q).sum::<f64>();
+        let viscous = potential.matrix.map_or(0.0, |c| 0.5 * self.product(c, q, |k, cq| q[k] * cq))
+            + potential.diagonal.map_or(0.0, |c| 0.5 * along(c));
         let strayed = potential.constraints.map_or(0.0, |rows| {
             (0..rows.len()).map(|i| self.price(self.goal[i] - rows.along(i, q), rows.compliance[i])).sum::<f64>()
         });
@@ -280,6 +292,11 @@ impl Newton {
     /// ∇Π without constraints; returns the scale of Π.
     fn find_gradient(&mut self, energy: &dyn Elastic, potential: &Potential, q: &[f64]) -> f64 {
         energy.gradient(q, &mut self.scratch, self.gradient.as_mut_slice());
+        self.complete_gradient(potential, q)
+    }
+
+    /// ∇Π of ∇E; returns the scale of Π.
+    fn complete_gradient(&mut self, potential: &Potential, q: &[f64]) -> f64 {
         self.work.gradients += 1;
         let elastic: f64 = q.iter().zip(self.gradient.iter()).map(|(q, g)| (q * g).abs()).sum();
         for k in 0..q.len() {
@@ -289,6 +306,9 @@ impl Newton {
             for k in 0..q.len() {
                 self.gradient[k] += dot_all(&c.as_slice()[k * q.len()..][..q.len()], q);
             }
+        }
+        if let Some(c) = potential.diagonal {
+            (0..q.len()).for_each(|k| self.gradient[k] += c[k] * q[k]);
         }
         if let Some(joined) = potential.joined {
             joined.add_gradient(q, self.gradient.as_mut_slice());
@@ -307,7 +327,8 @@ impl Newton {
                 self.factor.take().map_or_else(|| DMatrix::zeros(q.len(), q.len()), |factor| factor.unpack_dirty());
             energy.hessian(q, curvature, &mut self.scratch, &mut hessian);
             self.work.hessians += 1;
-            (0..q.len()).for_each(|k| hessian[(k, k)] += potential.shift + shift);
+            let diagonal = |k: usize| potential.diagonal.map_or(0.0, |c| c[k]);
+            (0..q.len()).for_each(|k| hessian[(k, k)] += potential.shift + shift + diagonal(k));
             if let Some(c) = potential.matrix {
                 hessian += c;
             }

@@ -351,6 +351,23 @@ impl Elastic for WithRigid<'_> {
         out.view_mut((0, 0), (n, n)).copy_from(&room.hessian);
     }
 
+    fn near_value(&self, q: &[f64], scratch: &mut Scratch) -> f64 {
+        self.energy.near_value(&q[..self.energy.n()], scratch.rigid().own())
+    }
+
+    fn near_gradient(&self, q: &[f64], scratch: &mut Scratch, out: &mut [f64]) {
+        let n = self.energy.n();
+        self.energy.near_gradient(&q[..n], scratch.rigid().own(), &mut out[..n]);
+        out[n..].fill(0.0);
+    }
+
+    fn near_hessian(&self, q: &[f64], scratch: &mut Scratch, out: &mut DMatrix<f64>) {
+        let (n, room) = (self.energy.n(), scratch.rigid());
+        self.energy.near_hessian(&q[..n], &mut room.own, &mut room.hessian);
+        out.fill(0.0);
+        out.view_mut((0, 0), (n, n)).copy_from(&room.hessian);
+    }
+
     fn viscosity(&self, q: &[f64], scratch: &mut Scratch, out: &mut DMatrix<f64>) {
         let (n, room) = (self.energy.n(), scratch.rigid());
         self.energy.viscosity(&q[..n], &mut room.own, &mut room.hessian);

@@ -154,7 +154,7 @@ impl Floating {
         for (k, load) in load.iter_mut().enumerate() {
             *load += shift * guess[k] + matrix.column(k).iter().zip(guess.iter()).map(|(a, z)| a * z).sum::<f64>();
         }
-        let potential = Potential { shift, matrix: Some(matrix), load, constraints, joined };
+        let potential = Potential { shift, matrix: Some(matrix), diagonal: None, load, constraints, joined };
         let end = self.newton.minimize(&energy, &potential, z, REST);
         let way: Vec<f64> = z.iter().zip(guess.iter()).map(|(z, guess)| z - guess).collect();
         let moved = way.iter().map(|way| way * way).sum::<f64>().sqrt();

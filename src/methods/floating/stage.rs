@@ -171,12 +171,12 @@ impl Floating {
         let joined = at.points.map(|energy| Joined { energy, places: &self.points });
         let Room { matrix, load, z, start, .. } = &mut self.room;
         let shift = alpha * (alpha + self.damping.mass);
-        let potential = Potential { shift, matrix: Some(matrix), load, constraints, joined };
+        let potential = Potential { shift, matrix: Some(matrix), diagonal: None, load, constraints, joined };
         if pass == 0 && self.newton.is_lower(&energy, &potential, start, z) {
             z.copy_from_slice(start);
         }
         let quick = self.form == Form::Polynomial && constraints.is_none();
-        let end = if quick { self.newton.approach(&energy, &potential, z, QUICK) } else { None };
+        let end = if quick { self.newton.approach(&energy, &potential, z, (QUICK, false)) } else { None };
         let near = (stage.near || pass > 0) && !quick;
         end.unwrap_or_else(|| self.newton.minimize(&energy, &potential, z, Stop { near, ..STEP })).converged
     }

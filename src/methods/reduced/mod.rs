@@ -127,6 +127,8 @@ struct Reduced {
     from: [Vec<f64>; 2],
     start: Vec<f64>,
     viscosity: DMatrix<f64>,
+    /// That of modes alone, where there is no other.
+    resistance: Vec<f64>,
 }
 
 /// At rest, undamped.
@@ -178,6 +180,7 @@ fn at_rest(model: &Model, form: Form) -> Result<Reduced> {
         from: [zeros.clone(), zeros.clone()],
         start: zeros,
         viscosity: DMatrix::zeros(n, n),
+        resistance: vec![0.0; n],
     })
 }
 

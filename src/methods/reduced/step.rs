@@ -60,7 +60,16 @@ struct Stage {
     share: f64,
     /// The Hessian of the search before is near enough to begin with.
     near: bool,
-    damped: bool,
+    damped: Damped,
+}
+
+/// What resists rates beside ξ.
+#[derive(Clone, Copy, PartialEq)]
+enum Damped {
+    Not,
+    /// Modes alone.
+    Modes,
+    All,
 }
 
 /// What became of two stages.
@@ -237,23 +246,28 @@ impl Reduced {
             }
             for k in 0..places.len() {
                 self.load[k] += shift * places[k] + alpha * rates[k];
-                if damped {
-                    self.load[k] += self.viscosity.column(k).iter().zip(places).map(|(c, q)| c * q).sum::<f64>();
-                }
+                self.load[k] += match damped {
+                    Damped::Not => 0.0,
+                    Damped::Modes => self.resistance[k] * places[k],
+                    Damped::All => self.viscosity.column(k).iter().zip(places).map(|(c, q)| c * q).sum(),
+                };
             }
             let constraints = (!self.rows.is_empty()).then_some(&self.rows);
-            let matrix = damped.then_some(&self.viscosity);
+            let matrix = (damped == Damped::All).then_some(&self.viscosity);
+            let diagonal = (damped == Damped::Modes).then_some(&self.resistance[..]);
             let joined = at.points.map(|energy| Joined { energy, places: &self.places });
-            let potential = Potential { shift, matrix, load: &self.load, constraints, joined };
+            let potential = Potential { shift, matrix, diagonal, load: &self.load, constraints, joined };
             let smooth = self.form == Form::Polynomial && (share < 1.0 || near);
             let quick = smooth && constraints.is_none();
             let checked = pass == 0 && !(smooth && self.is_near(reduced));
             if checked && !self.newton.is_lower(energy, &potential, &self.next, &self.start) {
                 self.next.copy_from_slice(&self.start);
             }
-            let end = if quick { self.newton.approach(energy, &potential, &mut self.next, QUICK) } else { None };
+            let near = near || pass > 0;
+            let end =
+                if quick { self.newton.approach(energy, &potential, &mut self.next, (QUICK, near)) } else { None };
             let end = end.unwrap_or_else(|| {
-                let stop = Stop { near: (near || pass > 0) && !quick, ..STEP };
+                let stop = Stop { near: near && !quick, ..STEP };
                 self.newton.minimize(energy, &potential, &mut self.next, stop)
             });
             converged = end.converged;
@@ -288,25 +302,25 @@ impl Reduced {
         (0..rows.len()).map(|i| force[i] * (rows.along(i, &self.next) - rows.along(i, &self.from[0]))).sum()
     }
 
-    /// The damping beside ξ at the start of the step, over a stage's `tau` seconds; false if there is none.
-    fn set_viscosity(&mut self, reduced: &ReducedShell, tau: f64) -> bool {
+    /// The damping beside ξ at the start of the step, over a stage's `tau` seconds.
+    fn set_viscosity(&mut self, reduced: &ReducedShell, tau: f64) -> Damped {
         let zeta = self.damping.stiffness;
-        let modal = self.by_vertices.is_some() || self.modal_damping.iter().any(|c| *c > 0.0);
+        let modal = self.modal_damping.iter().any(|c| *c > 0.0);
+        if zeta == 0.0 && self.by_vertices.is_none() {
+            self.resistance.iter_mut().zip(&self.modal_damping).for_each(|(own, c)| *own = c / tau);
+            return if modal { Damped::Modes } else { Damped::Not };
+        }
+        self.viscosity.fill(0.0);
         if zeta > 0.0 {
             reduced.elastic(self.form).viscosity(&self.motion.q, self.newton.scratch(), &mut self.viscosity);
             self.viscosity *= zeta;
-        } else if modal {
-            self.viscosity.fill(0.0);
         }
         if let Some(by_vertices) = &self.by_vertices {
             self.viscosity += &**by_vertices;
         }
         self.modal_damping.iter().enumerate().for_each(|(k, c)| self.viscosity[(k, k)] += c);
-        let damped = zeta > 0.0 || modal;
-        if damped {
-            self.viscosity /= tau;
-        }
-        damped
+        self.viscosity /= tau;
+        Damped::All
     }
 }
 

@@ -2,11 +2,12 @@
 
 use super::super::elastic::Elastic;
 use super::{End, Newton, Potential, ROUNDING};
-use crate::energy::Curvature;
 
 /// Of the square of a residual, what a Newton step leaves; and a step with the Hessian before it, of its square over the residual then. An
 /// estimate: on shells that swing by their size nearly all leave less, a fifth of it as a rule, and none ten times as much.
 const SQUARED: f64 = 10.0;
+/// Of a residual, what a step with the Hessian of a shape nearby leaves; where this is enough, the shell hardly moves.
+const NEARBY: f64 = 3.0;
 /// Newton steps on the way there, at most, the residual that the first may have, and what a later one may have of the one before.
 const APPROACHES: usize = 4;
 const FAR: f64 = 1.0;
@@ -16,20 +17,21 @@ const FIRM: f64 = 0.5;
 
 impl Newton {
     /// Moves `q` by a few Newton steps to where by their residuals at most `tolerance` is left, without looking at Π: without constraints,
-    /// where no energy of points acts, and by exact Hessians far from singular. Otherwise it leaves `q` as it is.
+    /// where no energy of points acts, and by exact Hessians far from singular. Otherwise it leaves `q` as it is. The Hessian of the approach
+    /// before may be `near` enough.
     pub fn approach(
         &mut self,
         energy: &dyn Elastic,
         potential: &Potential,
         q: &mut [f64],
-        tolerance: f64,
+        (tolerance, near): (f64, bool),
     ) -> Option<End> {
         let acts = |q: &[f64]| potential.joined.is_some_and(|joined| joined.value(q) != 0.0);
         if potential.constraints.is_some() || acts(q) {
             return None; // of what may jump, residuals say little of what is left
         }
         self.mark.copy_from_slice(q);
-        let end = self.approached(energy, potential, q, tolerance).filter(|_| !acts(q));
+        let end = self.approached(energy, potential, q, (tolerance, near && self.approached)).filter(|_| !acts(q));
         if end.is_none() {
             q.copy_from_slice(&self.mark);
         }
@@ -41,20 +43,25 @@ impl Newton {
         energy: &dyn Elastic,
         potential: &Potential,
         q: &mut [f64],
-        tolerance: f64,
+        (tolerance, near): (f64, bool),
     ) -> Option<End> {
         let mut before = f64::INFINITY;
         for iterations in 1..=APPROACHES {
-            let scale = self.find_gradient(energy, potential, q);
-            let mut residual = f64::INFINITY;
+            energy.near_gradient(q, &mut self.scratch, self.gradient.as_mut_slice());
+            let scale = self.complete_gradient(potential, q);
+            let (mut residual, mut left) = (f64::INFINITY, f64::INFINITY);
             if iterations > 1 {
                 residual = self.approaching(scale)?;
                 if residual > GAINED * before {
                     return None;
                 }
+                left = SQUARED * residual * residual / before;
+            } else if near {
+                residual = self.approaching(scale)?;
+                left = NEARBY * residual;
             }
-            let mut left = SQUARED * residual * residual / before;
-            if iterations == 1 || left > tolerance {
+            let enough = left <= tolerance; // NaN is not
+            if !enough {
                 if !self.factorize_near(energy, potential, q) {
                     return None;
                 }
@@ -76,10 +83,10 @@ impl Newton {
 
     /// The factor of the exact Hessian at `q`; false where it is not positive definite.
     fn factorize_near(&mut self, energy: &dyn Elastic, potential: &Potential, q: &[f64]) -> bool {
-        energy.hessian(q, Curvature::Exact, &mut self.scratch, &mut self.hessian);
+        energy.near_hessian(q, &mut self.scratch, &mut self.hessian);
         self.work.hessians += 1;
         for (k, mut column) in self.hessian.column_iter_mut().enumerate() {
-            column[k] += potential.shift;
+            column[k] += potential.shift + potential.diagonal.map_or(0.0, |c| c[k]);
             if let Some(c) = potential.matrix {
                 column.iter_mut().zip(c.column(k).iter()).skip(k).for_each(|(out, c)| *out += c);
             }

@@ -1,15 +1,16 @@
 //! Evaluation of a polynomial energy: what is known of a q, made when it is first asked for.
 
-use super::super::products::WIDTH;
-use super::{PolynomialEnergy, kernel};
+use super::{PolynomialEnergy, even, kernel};
+use kernel::{Double, Single};
 use pulp::{Simd, WithSimd};
 
 /// Room, so that evaluation does not allocate, and what is known of the last q.
 #[derive(Clone)]
 pub struct Room {
-    /// q, padded; no numbers before the first. And how many there were.
+    /// q, padded; no numbers before the first. How many there were, and whether sums of the last have 32 bits.
     q: Vec<f64>,
     shapes: usize,
+    single: bool,
     /// Of it: E, once it was asked for, and its gradient; s, dE/ds and d²E/ds², and ∂s/∂q by field.
     value: Option<f64>,
     gradient: Vec<f64>,
@@ -20,38 +21,50 @@ pub struct Room {
     /// C₂ + ½ C₃q, and its product with q.
     bending: Vec<f64>,
     bent: Vec<f64>,
-    /// For products: a triangle; squares with zeros before the diagonal; ∂s/∂q with factors by field, and by form.
+    /// For products: a triangle, a square, ∂s/∂q by form, with factors and without.
     triangle: Vec<f64>,
-    clean: Vec<f64>,
     square: Vec<f64>,
     scaled: Vec<f64>,
     rows: Vec<f64>,
     product: Vec<f64>,
+    narrow: Narrow,
+}
+
+/// The same in 32 bits.
+#[derive(Clone)]
+struct Narrow {
+    q: Vec<f32>,
+    stress: Vec<f32>,
+    jacobian: Vec<f32>,
+    triangle: Vec<f32>,
 }
 
 impl Room {
     /// For one evaluation at a time.
     pub(super) fn of(energy: &PolynomialEnergy) -> Self {
-        let (n, stride, padded) = (energy.n, energy.stride, energy.padded);
-        let (fields, forms, lanes) = (vec![0.0; stride], vec![0.0; energy.forms], vec![0.0; padded * energy.forms]);
-        let (triangle, square) = (vec![0.0; energy.bending.len()], vec![0.0; n * stride]);
+        let (n, stride, padded, forms) = (energy.n, energy.stride, energy.padded, energy.forms);
+        let [fields, by_form, by_both] = [stride, forms, padded * forms].map(|count| vec![0.0; count]);
+        let [triangle, square] = [energy.stiffness.len(), padded * stride].map(|count| vec![0.0; count]);
+        let [q, stress, jacobian, narrow] =
+            [stride, forms, padded * forms, triangle.len()].map(|count| vec![0.0; count]);
         Self {
             q: (0..stride).map(|k| if k < n { f64::NAN } else { 0.0 }).collect(),
             shapes: 0,
+            single: false,
             value: None,
             gradient: fields.clone(),
-            s: forms.clone(),
-            stress: forms.clone(),
-            curvature: forms,
-            jacobian: lanes.clone(),
-            bending: triangle.clone(),
+            s: by_form.clone(),
+            stress: by_form.clone(),
+            curvature: by_form,
+            jacobian: by_both,
+            bending: square.clone(),
             bent: fields.clone(),
             triangle,
-            clean: square.clone(),
             square,
-            scaled: lanes,
-            rows: vec![0.0; energy.forms * stride],
+            scaled: vec![0.0; energy.count * stride],
+            rows: vec![0.0; energy.count * stride],
             product: fields,
+            narrow: Narrow { q, stress, jacobian, triangle: narrow },
         }
     }
 
@@ -60,15 +73,16 @@ impl Room {
         std::mem::take(&mut self.shapes)
     }
 
-    /// Moves to a q.
+    /// Moves to a q, with sums of 64 bits, or of 32 where that is `enough`.
     #[inline]
-    pub(super) fn place(&mut self, energy: &PolynomialEnergy, q: &[f64]) {
-        if self.q[..energy.n] == *q {
+    pub(super) fn place(&mut self, energy: &PolynomialEnergy, q: &[f64], enough: bool) {
+        if self.q[..energy.n] == *q && (enough || !self.single) {
             return;
         }
         self.q[..energy.n].copy_from_slice(q);
         self.shapes += 1;
         self.value = None;
+        self.single = enough;
         energy.arch.dispatch(Place { energy, room: self });
     }
 
@@ -112,26 +126,65 @@ struct Place<'a> {
     room: &'a mut Room,
 }
 
+impl Place<'_> {
+    /// J − A and ½ C₃q on top of C₂, by sums of 64 bits.
+    #[inline(always)]
+    fn sum<S: Simd>(&mut self, simd: S) {
+        let Self { energy, room } = self;
+        let Room { q, jacobian, bending, triangle, .. } = room;
+        let (n, stride, count) = (energy.n, energy.stride, even(energy.n));
+        kernel::turn::<S, Double>(simd, &q[..energy.padded], &energy.lanes, jacobian);
+        kernel::combine::<S, Double>(simd, &energy.cubic, &q[..count], triangle);
+        add_half(&energy.bending, triangle, (n, stride), bending);
+    }
+
+    /// The same by sums of 32 bits.
+    #[inline(always)]
+    fn sum_single<S: Simd>(&mut self, simd: S) {
+        let Self { energy, room } = self;
+        let Room { q: wide, jacobian: both, bending, narrow, .. } = room;
+        let Narrow { q, jacobian, triangle, .. } = narrow;
+        let (n, stride, count) = (energy.n, energy.stride, even(energy.n));
+        q.iter_mut().zip(&*wide).for_each(|(q, wide)| *q = *wide as f32);
+        kernel::turn::<S, Single>(simd, &q[..energy.padded], &energy.lanes, jacobian);
+        both.iter_mut().zip(&*jacobian).for_each(|(both, own)| *both = f64::from(*own));
+        kernel::combine::<S, Single>(simd, &energy.cubic, &q[..count], triangle);
+        add_half(&energy.bending, triangle, (n, stride), bending);
+    }
+}
+
+/// A square from the diagonal on: another, and half a triangle.
+#[inline(always)]
+fn add_half<T: Copy + Into<f64>>(base: &[f64], triangle: &[T], (n, stride): (usize, usize), square: &mut [f64]) {
+    let rows = kernel::rows(triangle, (n, stride), square).zip(base.chunks_exact(stride)).enumerate();
+    for (i, ((own, row), base)) in rows {
+        for ((sum, base), x) in row.iter_mut().zip(&base[i..]).zip(own) {
+            *sum = base + 0.5 * (*x).into();
+        }
+    }
+}
+
 impl WithSimd for Place<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
+    fn with_simd<S: Simd>(mut self, simd: S) {
+        if self.room.single {
+            self.sum_single(simd)
+        } else {
+            self.sum(simd)
+        }
         let Self { energy, room } = self;
-        let Room { q, gradient, s, stress, curvature, jacobian, bending, bent, clean, product, .. } = room;
-        let (n, stride, padded) = (energy.n, energy.stride, energy.padded);
-        kernel::strains(simd, &q[..padded], &energy.lanes, &energy.linear, jacobian, s);
+        let Room { q, gradient, s, stress, curvature, jacobian, bending, bent, .. } = room;
+        let (n, padded) = (energy.n, energy.padded);
+        kernel::strains(simd, &q[..padded], &energy.linear, jacobian, s);
         for ((((stress, curvature), s), weight), bound) in
             stress.iter_mut().zip(curvature).zip(&*s).zip(&energy.weights).zip(&energy.bounds)
         {
             [_, *stress, *curvature] = resist(*weight, *bound, *s);
         }
         // The gradient of ½ qᵀC₂q + ⅙ C₃(q, q, q) is (C₂ + ½ C₃q)q.
-        product.iter_mut().zip(&*q).for_each(|(half, q)| *half = 0.5 * q);
-        bending.copy_from_slice(&energy.bending);
-        kernel::combine(simd, &energy.cubic, &product[..n], bending);
-        kernel::square(bending, (n, stride), clean);
-        kernel::multiply(simd, clean, n, q, bent);
+        kernel::multiply(simd, bending, q, bent);
         gradient.copy_from_slice(bent);
         kernel::add_transposed(simd, jacobian, stress, padded, &mut gradient[..n]);
     }
@@ -151,8 +204,10 @@ impl WithSimd for Value<'_> {
         let Room { q, s, bent, product, .. } = room;
         let forms = (0..energy.forms).map(|k| resist(energy.weights[k], energy.bounds[k], s[k])[0]).sum::<f64>();
         // Of b = qᵀ(C₂ + ½ C₃q)q and c = qᵀC₂q, c/2 + (b − c)/3.
+        kernel::multiply(simd, &energy.bending, q, product);
+        let own: f64 = q[..energy.n].iter().zip(&*product).map(|(q, p)| q * p).sum();
         let both: f64 = q[..energy.n].iter().zip(&*bent).map(|(q, b)| q * b).sum();
-        forms + kernel::multiply(simd, &energy.bending_square, energy.n, q, product) / 6.0 + both / 3.0
+        forms + own / 6.0 + both / 3.0
     }
 }
 
@@ -164,18 +219,23 @@ struct Hessian<'a> {
 impl WithSimd for Hessian<'_> {
     type Output = ();
 
+    /// Σ σ Q has sums of 32 bits: what they miss, Newton steps make up for.
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { energy, room } = self;
-        let Room { stress, curvature, jacobian, bending, triangle, square, scaled, rows, .. } = room;
-        let (n, stride, padded) = (energy.n, energy.stride, energy.padded);
-        for ((sum, both), own) in triangle.iter_mut().zip(&*bending).zip(&energy.bending) {
+        let Room { stress: wide, curvature, jacobian, bending, square, scaled, rows, narrow, .. } = room;
+        let Narrow { stress, triangle, .. } = narrow;
+        let (n, stride, count) = (energy.n, energy.stride, energy.count);
+        stress.iter_mut().zip(&*wide).for_each(|(stress, wide)| *stress = *wide as f32);
+        kernel::combine::<S, Single>(simd, &energy.quadratic, &stress[..even(count)], triangle);
+        for ((sum, both), own) in square.iter_mut().zip(&*bending).zip(&energy.bending) {
             *sum = 2.0 * both - own;
         }
-        kernel::combine(simd, &energy.quadratic, stress, triangle);
-        kernel::square(triangle, (n, stride), square);
-        kernel::scale(simd, jacobian, curvature, (padded, stride), [scaled, rows]);
-        kernel::add_products(simd, (scaled, padded), rows, (n, stride), square);
+        for (own, row) in kernel::rows(triangle, (n, stride), square) {
+            row.iter_mut().zip(own).for_each(|(sum, x)| *sum += f64::from(*x));
+        }
+        kernel::scale(simd, jacobian, &curvature[..count], (energy.padded, stride), [scaled, rows]);
+        kernel::add_products(simd, (scaled, rows), stride, square);
     }
 }
 
@@ -192,12 +252,12 @@ impl WithSimd for Resistance<'_> {
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { energy, bending, room } = self;
         let Room { jacobian, square, scaled, rows, .. } = room;
-        let (n, stride, padded) = (energy.n, energy.stride, energy.padded);
-        let count = energy.membrane.next_multiple_of(WIDTH);
-        let (scaled, rows) = (&mut scaled[..count * padded], &mut rows[..count * stride]);
-        kernel::square(bending, (n, stride), square);
-        let jacobian = &jacobian[..count * padded];
-        kernel::scale(simd, jacobian, &energy.firm[..count], (padded, stride), [scaled, rows]);
-        kernel::add_products(simd, (scaled, padded), rows, (n, stride), square);
+        let (n, stride) = (energy.n, energy.stride);
+        let firm = &energy.weights[..energy.membrane];
+        let (scaled, rows) = (&mut scaled[..firm.len() * stride], &mut rows[..firm.len() * stride]);
+        square.fill(0.0);
+        kernel::rows(bending, (n, stride), square).for_each(|(own, row)| row.copy_from_slice(own));
+        kernel::scale(simd, jacobian, firm, (energy.padded, stride), [scaled, rows]);
+        kernel::add_products(simd, (scaled, rows), stride, square);
     }
 }

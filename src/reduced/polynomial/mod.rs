@@ -60,29 +60,29 @@ pub struct Coefficients {
     pub cubic: Vec<DMatrix<f64>>,
 }
 
-/// See the module's text.
+/// See the module's text. Q and C₃ are rounded to 32 bits once: both copies of Q and all of C₃ are of one polynomial, whose value, gradient and
+/// Hessian these are.
 pub struct PolynomialEnergy {
     n: usize,
-    /// Numbers in a row of fields, and forms, multiples of [`WIDTH`]; and fields of forms.
+    /// Numbers in a row of fields, a multiple of [`WIDTH`]; forms, and those with the ones that fill [`kernel::SIDE`]; fields of forms.
     stride: usize,
+    count: usize,
     forms: usize,
     padded: usize,
     membrane: usize,
-    /// w and 1/S² of each form; and w of the membrane's, 0 of others.
+    /// w and 1/S² of each form.
     weights: Vec<f64>,
     bounds: Vec<f64>,
-    firm: Vec<f64>,
-    /// A, of 8 forms side by side the fields.
+    /// A, of [`kernel::SIDE`] forms side by side the fields.
     linear: Vec<f64>,
-    /// Q, lower triangles, 8 forms side by side ([`kernel::entry`]): all that is needed of them for s and its gradient.
-    lanes: Vec<f64>,
-    /// Q again, and C₃, in tiles ([`kernel::tiled`]) for sums of matrices.
-    quadratic: Vec<f64>,
-    cubic: Vec<f64>,
-    /// C₂ and bending's rest Hessian as triangles ([`kernel::at`]), and C₂ as a square.
+    /// Q, lower triangles, as many forms side by side ([`kernel::entry`]): all that is needed of them for s and its gradient.
+    lanes: Vec<f32>,
+    /// Q again, and C₃, in tiles ([`kernel::tiled`]) for sums of an even number of matrices.
+    quadratic: Vec<f32>,
+    cubic: Vec<f32>,
+    /// C₂ as a square, and bending's rest Hessian as a triangle ([`kernel::at`]).
     bending: Vec<f64>,
     stiffness: Vec<f64>,
-    bending_square: Vec<f64>,
     /// Above both C₂ and bending's rest Hessian, as symmetric matrices are.
     convex: Vec<f64>,
     /// How near it is to the shell, as far as that was tried.
@@ -96,52 +96,40 @@ impl PolynomialEnergy {
     pub fn new(coefficients: &Coefficients) -> Self {
         let Coefficients { forms: list, membrane, bending, stiffness, cubic } = coefficients;
         let n = bending.nrows();
-        let (stride, forms) = (n.next_multiple_of(WIDTH), list.len().next_multiple_of(WIDTH));
+        let (stride, forms) = (n.next_multiple_of(WIDTH), list.len().max(1).next_multiple_of(kernel::SIDE));
         let padded = n.next_multiple_of(kernel::ROWS);
-        let size = kernel::at(n, n, n).next_multiple_of(kernel::TILE);
         let mean = |matrix: &DMatrix<f64>, i: usize, j: usize| 0.5 * (matrix[(i, j)] + matrix[(j, i)]);
-        let tiles = |matrices: &mut dyn Iterator<Item = &DMatrix<f64>>, count: usize| {
-            let mut out = vec![0.0; count * size];
-            for (k, matrix) in matrices.enumerate() {
-                for i in 0..n {
-                    (i..n).for_each(|j| out[kernel::tiled(k, kernel::at(i, j, n), count)] = mean(matrix, i, j));
-                }
-            }
-            out
-        };
         let triangle = padded * (padded + 1) / 2;
         let (mut linear, mut lanes) = (vec![0.0; padded * forms], vec![0.0; triangle * forms]);
-        let (mut weights, mut bounds, mut firm) = (vec![0.0; forms], vec![0.0; forms], vec![0.0; forms]);
+        let (mut weights, mut bounds) = (vec![0.0; forms], vec![0.0; forms]);
         for (k, form) in list.iter().enumerate() {
             (weights[k], bounds[k]) = (form.weight, form.bound);
-            firm[k] = if k < *membrane { form.weight } else { 0.0 };
             for i in 0..n {
                 linear[beside(k, i, padded)] = form.linear[i];
-                (0..=i).for_each(|j| lanes[beside(k, kernel::entry(i, j), triangle)] = mean(&form.quadratic, i, j));
+                (0..=i)
+                    .for_each(|j| lanes[beside(k, kernel::entry(i, j), triangle)] = mean(&form.quadratic, i, j) as f32);
             }
         }
-        let alone = |matrix: &DMatrix<f64>| tiles(&mut [matrix].into_iter(), 1);
-        let mut bending_square = vec![0.0; n * stride];
+        let mut square = vec![0.0; padded * stride];
         for i in 0..n {
-            (i..n).for_each(|j| bending_square[i * stride + j] = mean(bending, i, j));
+            (i..n).for_each(|j| square[i * stride + j] = mean(bending, i, j));
         }
         Self {
             n,
             stride,
+            count: list.len(),
             forms,
             padded,
             membrane: *membrane,
             weights,
             bounds,
-            firm,
             linear,
             lanes,
-            quadratic: tiles(&mut list.iter().map(|form| &form.quadratic), forms),
-            cubic: tiles(&mut cubic.iter(), n),
-            bending: alone(bending),
-            stiffness: alone(stiffness),
-            bending_square,
-            convex: alone(&above(stiffness, bending)),
+            quadratic: tiles(n, list.len(), |k, i, j| mean(&list[k].quadratic, i, j)),
+            cubic: tiles(n, n, |k, i, j| cubic[j.max(k)][if k > j { (j, i) } else { (i.max(k), i.min(k)) }]),
+            bending: square,
+            stiffness: triangle_of(stiffness),
+            convex: triangle_of(&above(stiffness, bending)),
             gate: Gate::default(),
             arch: Arithmetic::default().arch(),
         }
@@ -155,21 +143,23 @@ impl PolynomialEnergy {
     /// What it was made of.
     pub fn coefficients(&self) -> Coefficients {
         let n = self.n;
-        let matrix = |tiles: &[f64], k: usize, count: usize| {
-            DMatrix::from_fn(n, n, |i, j| tiles[kernel::tiled(k, kernel::at(i.min(j), i.max(j), n), count)])
+        let matrix = |entry: &dyn Fn(usize, usize) -> f64| DMatrix::from_fn(n, n, |i, j| entry(i.min(j), i.max(j)));
+        let tiled = |tiles: &[f32], k: usize, count: usize| {
+            let count = even(count);
+            matrix(&|i, j| f64::from(tiles[kernel::tiled(k, kernel::at(i, j, n), count)]))
         };
         let form = |k: usize| Form {
             weight: self.weights[k],
             bound: self.bounds[k],
             linear: (0..n).map(|i| self.linear[beside(k, i, self.padded)]).collect(),
-            quadratic: matrix(&self.quadratic, k, self.forms),
+            quadratic: tiled(&self.quadratic, k, self.count),
         };
         Coefficients {
             forms: (0..self.n_saved()).map(form).collect(),
             membrane: self.membrane,
-            bending: matrix(&self.bending, 0, 1),
-            stiffness: matrix(&self.stiffness, 0, 1),
-            cubic: (0..n).map(|k| matrix(&self.cubic, k, n)).collect(),
+            bending: matrix(&|i, j| self.bending[i * self.stride + j]),
+            stiffness: matrix(&|i, j| self.stiffness[kernel::at(i, j, n)]),
+            cubic: (0..n).map(|k| tiled(&self.cubic, k, n)).collect(),
         }
     }
 
@@ -185,10 +175,11 @@ impl PolynomialEnergy {
 
     /// Whether all of it are numbers whose squares are.
     pub fn is_finite(&self) -> bool {
-        let lists = [&self.weights, &self.bounds, &self.linear, &self.quadratic, &self.cubic, &self.bending];
+        let lists = [&self.weights, &self.bounds, &self.linear, &self.bending, &self.stiffness];
         let Gate { polynomial, sampled, reach, strain, range, .. } = self.gate;
         let told = [polynomial.median, polynomial.most, sampled.median, sampled.most, reach, strain, range];
-        lists.into_iter().flatten().chain(&self.stiffness).chain(&told).all(|x| x.abs() <= LARGEST)
+        lists.into_iter().flatten().chain(&told).all(|x| x.abs() <= LARGEST)
+            && self.quadratic.iter().chain(&self.cubic).all(|x| x.is_finite())
     }
 
     /// Forms up to the last that counts.
@@ -198,9 +189,9 @@ impl PolynomialEnergy {
 
     /// Bytes held.
     pub fn bytes(&self) -> usize {
-        let forms =
-            self.weights.len() + self.bounds.len() + self.linear.len() + self.lanes.len() + self.quadratic.len();
-        8 * (forms + self.cubic.len() + 3 * self.bending.len() + self.bending_square.len())
+        let narrow = self.lanes.len() + self.quadratic.len() + self.cubic.len();
+        let wide = [&self.weights, &self.bounds, &self.linear, &self.bending, &self.stiffness, &self.convex];
+        4 * narrow + 8 * wide.iter().map(|list| list.len()).sum::<usize>()
     }
 
     /// Multiplications of a shape with its gradient, and of a Hessian beside.
@@ -217,15 +208,36 @@ impl PolynomialEnergy {
     /// E(q).
     pub fn value(&self, q: &[f64], scratch: &mut Scratch) -> f64 {
         let room = scratch.polynomial();
-        room.place(self, q);
+        room.place(self, q, false);
         room.value(self)
     }
 
     /// ∂E/∂q.
     pub fn gradient(&self, q: &[f64], scratch: &mut Scratch, out: &mut [f64]) {
         let room = scratch.polynomial();
-        room.place(self, q);
+        room.place(self, q, false);
         out.copy_from_slice(room.gradient(self.n));
+    }
+
+    /// E by sums of 32 bits, or better: which of two places is the lower one.
+    pub fn near_value(&self, q: &[f64], scratch: &mut Scratch) -> f64 {
+        let room = scratch.polynomial();
+        room.place(self, q, true);
+        room.value(self)
+    }
+
+    /// ∂E/∂q alike: a Newton step to where more than their rounding is left.
+    pub fn near_gradient(&self, q: &[f64], scratch: &mut Scratch, out: &mut [f64]) {
+        let room = scratch.polynomial();
+        room.place(self, q, true);
+        out.copy_from_slice(room.gradient(self.n));
+    }
+
+    /// Beside [`PolynomialEnergy::near_gradient`] at the same q, the lower triangle of ∂²E/∂q².
+    pub fn near_hessian(&self, q: &[f64], scratch: &mut Scratch, out: &mut DMatrix<f64>) {
+        let room = scratch.polynomial();
+        room.place(self, q, true);
+        self.unpack(room.hessian(self), out);
     }
 
     /// ∂²E/∂q² (n × n, both triangles). The semidefinite one is Σ w ∇s∇sᵀ over the membrane's forms and what is above both C₂ and
@@ -238,7 +250,7 @@ impl PolynomialEnergy {
     /// The lower triangle of the same.
     pub fn lower_hessian(&self, q: &[f64], curvature: Curvature, scratch: &mut Scratch, out: &mut DMatrix<f64>) {
         let room = scratch.polynomial();
-        room.place(self, q);
+        room.place(self, q, false);
         let square = match curvature {
             Curvature::Exact => room.hessian(self),
             Curvature::Semidefinite => room.resistance(self, &self.convex),
@@ -250,7 +262,7 @@ impl PolynomialEnergy {
     /// is flat at rest meets no resistance where it turns.
     pub fn viscosity(&self, q: &[f64], scratch: &mut Scratch, out: &mut DMatrix<f64>) {
         let room = scratch.polynomial();
-        room.place(self, q);
+        room.place(self, q, false);
         self.unpack(room.resistance(self, &self.stiffness), out);
         mirror(out);
     }
@@ -258,14 +270,14 @@ impl PolynomialEnergy {
     /// Energy of the membrane's forms at `q`.
     pub fn membrane(&self, q: &[f64], scratch: &mut Scratch) -> f64 {
         let room = scratch.polynomial();
-        room.place(self, q);
+        room.place(self, q, false);
         (0..self.membrane).map(|k| resist(self.weights[k], self.bounds[k], room.s[k])[0]).sum()
     }
 
     /// The lower triangle from a square.
     fn unpack(&self, square: &[f64], out: &mut DMatrix<f64>) {
         let n = self.n;
-        for (i, row) in square.chunks_exact(self.stride).enumerate() {
+        for (i, row) in square.chunks_exact(self.stride).enumerate().take(n) {
             out.column_mut(i).as_mut_slice()[i..].copy_from_slice(&row[i..n]);
         }
     }
@@ -293,8 +305,35 @@ fn above(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {
     sum
 }
 
-/// Where entry `i` of form `k` is where 8 forms are side by side, of so many entries each.
+/// The tiles of symmetric matrices k with the entries (i, j), i ≤ j, in 32 bits, and of zeros where they are not [`even`].
+fn tiles(n: usize, matrices: usize, of: impl Fn(usize, usize, usize) -> f64) -> Vec<f32> {
+    let (size, count) = (kernel::at(n, n, n).next_multiple_of(kernel::TILE), even(matrices));
+    let mut out = vec![0.0; count * size];
+    for k in 0..matrices {
+        for i in 0..n {
+            (i..n).for_each(|j| out[kernel::tiled(k, kernel::at(i, j, n), count)] = of(k, i, j) as f32);
+        }
+    }
+    out
+}
+
+/// How many matrices there are tiles of: an even number, and some.
+fn even(count: usize) -> usize {
+    count.max(1).next_multiple_of(2)
+}
+
+/// A triangle, padded.
+fn triangle_of(matrix: &DMatrix<f64>) -> Vec<f64> {
+    let n = matrix.nrows();
+    let mut out = vec![0.0; kernel::at(n, n, n).next_multiple_of(kernel::TILE)];
+    for i in 0..n {
+        (i..n).for_each(|j| out[kernel::at(i, j, n)] = 0.5 * (matrix[(i, j)] + matrix[(j, i)]));
+    }
+    out
+}
+
+/// Where entry `i` of form `k` is where forms are side by side, of so many entries each.
 #[inline(always)]
 fn beside(k: usize, i: usize, entries: usize) -> usize {
-    (k / WIDTH * entries + i) * WIDTH + k % WIDTH
+    (k / kernel::SIDE * entries + i) * kernel::SIDE + k % kernel::SIDE
 }

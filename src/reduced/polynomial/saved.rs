@@ -142,6 +142,10 @@ impl PolynomialEnergy {
             return invalid("a weight of its polynomial energy is not positive");
         }
         let coefficients = Coefficients { forms, membrane, bending, stiffness, cubic };
-        Ok(Self { gate, ..Self::new(&coefficients) })
+        let energy = Self { gate, ..Self::new(&coefficients) };
+        if !energy.is_finite() {
+            return invalid("a coefficient of its polynomial energy is beyond numbers of 32 bits");
+        }
+        Ok(energy)
     }
 }
