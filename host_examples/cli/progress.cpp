@@ -1,6 +1,7 @@
 #include "progress.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <csignal>
 #include <cstdio>
 #include <string>
@@ -16,6 +17,9 @@ namespace cli {
 namespace {
 
 volatile std::sig_atomic_t interrupt_flag = 0;
+
+// Percent that are told of: each on a terminal, a fifth of a phase in a log.
+constexpr int step_of(bool terminal) { return terminal ? 1 : 20; }
 
 }  // namespace
 
@@ -64,13 +68,14 @@ void ProgressBar::attach(SwPrecomputeDesc &desc) {
 
 void ProgressBar::show(uint32_t phase, double fraction) {
   const int percent = static_cast<int>(100 * std::clamp(fraction, 0.0, 1.0));
-  const bool new_phase = phase != phase_;
-  if (quiet_ || (!new_phase && (percent == percent_ || !terminal_))) return;
+  const bool same = phase == phase_ && percent / step_of(terminal_) == percent_ / step_of(terminal_);
+  if (quiet_ || same) return;
+  if (!terminal_ && std::chrono::steady_clock::now() - start_ < std::chrono::seconds(2)) return;  // a log hears of long work alone
   phase_ = phase;
   percent_ = percent;
   drawn_ = true;
   if (!terminal_) {
-    std::fprintf(stderr, "precompute: %s\n", phase_name(phase));
+    std::fprintf(stderr, "precompute: %s, %d %%\n", phase_name(phase), percent);
     return;
   }
   const std::string bar(static_cast<std::size_t>(percent) * 30 / 100, '#');

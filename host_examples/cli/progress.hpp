@@ -4,6 +4,7 @@
 #include "phase.hpp"
 #include "shellwarp.hpp"
 
+#include <chrono>
 #include <cstdint>
 
 namespace cli {
@@ -15,7 +16,7 @@ bool interrupted();
 
 bool stderr_is_terminal();
 
-// Draws on stderr: one line that is redrawn on a terminal, a line for each phase elsewhere, nothing when quiet.
+// Draws on stderr: one line that is redrawn on a terminal; in a log, from two seconds on, a line for each fifth of a phase; nothing when quiet.
 class ProgressBar {
 public:
   explicit ProgressBar(bool quiet);
@@ -31,6 +32,7 @@ private:
   bool quiet_, terminal_, drawn_ = false;
   uint32_t phase_ = SW_PHASE_COUNT;
   int percent_ = -1;
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
 using host::phase_name;

@@ -84,9 +84,10 @@ ErrorEstimate estimate_at(const FrameRecord &frame, const SwCertificate &found) 
 // The estimate at a few frames before the last one, the most displaced among them.
 void estimate_errors(bool quiet, Run &run) {
   if (!run.certificate) return;
-  const Watch watch("estimating the errors over time", quiet);
+  Watch watch("estimating the errors over time", quiet, static_cast<uint32_t>(run.judged.size()));
   for (const KeptFrame &kept : run.judged) {
     if (interrupted()) break;
+    watch.at(static_cast<uint32_t>(&kept - run.judged.data()));
     try {
       run.estimates.push_back(estimate_at(run.frames[kept.frame], kept.state->certify()));
     } catch (const shellwarp::Error &) {  // there is none of this shape
