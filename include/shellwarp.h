@@ -598,14 +598,15 @@ typedef uint32_t (*SwProgressFn)(void *user, uint32_t phase, double fraction);
 #define SW_PRECOMPUTE_LINEAR 1
 
 // For SW_METHOD_AUTO, in a time that needs no asking: with a reduced shell of reduced_fields (0 =
-// 40, or 64 where handles are told; fewer where modes and fields would be more than 128) where the
-// shell can have one, and else without. Unless reduced_poses, reduced_seconds or
-// reduced_mode_searches say otherwise, its training ends after 8e7 / (vertices to the power 1.5)
-// iterations, about half a minute, with the same result everywhere. No reduced shell is made of a
-// shell with sag_gravity or support_fields; nor, unless a limit is given, above 10,000 vertices.
-// Nor is one made of a shell that moves freely with too few modes, in pieces or with a rest shape
-// of its own, nor where training finds fewer than four equilibria. sw_model_offers tells why,
-// auto_method of SwModelInfo what became of it. With auto_error or auto_operations these choose.
+// 40, or 64 where a shell that is held is told of handles; fewer where modes and fields would be
+// more than 128) where the shell can have one, and else without. Unless reduced_poses,
+// reduced_seconds or reduced_mode_searches say otherwise, its training ends after 8e7 / (vertices
+// to the power 1.5) iterations, about half a minute, with the same result everywhere. No reduced
+// shell is made of a shell with sag_gravity or support_fields; nor, unless a limit is given, above
+// 10,000 vertices. Nor is one made of a shell that moves freely with too few modes, in pieces or
+// with a rest shape of its own, nor where training finds fewer than four equilibria.
+// sw_model_offers tells why, auto_method of SwModelInfo what became of it. With auto_error or
+// auto_operations these choose.
 #define SW_PRECOMPUTE_AUTO 2
 
 // The reduced shell's fields are the modes' own derivatives: no training, a fraction of the
@@ -659,8 +660,9 @@ typedef struct SwPrecomputeDesc {
   double handle_distance;
   // The vertices that handles move (n_handles). A reduced shell reads them, too, and spends up to
   // half of its fields on how it gives there: three for pulls at each, and three for turns where
-  // the half has room for those of all. From 24 fields on its training leads the full shell by
-  // them, by a fifth of its size where it gives most, the others held at rest.
+  // the half has room for those of all. From 24 fields on the training of a shell that is held
+  // leads the full shell by them, by a fifth of its size where it gives most, the others held at
+  // rest.
   const uint32_t *handles;
   // Length of handles.
   uint32_t n_handles;
@@ -669,9 +671,9 @@ typedef struct SwPrecomputeDesc {
   uint32_t handle_axes;
   // Displacement fields beyond the modes for SW_METHOD_REDUCED_SHELL, which needs some; 0 = none,
   // and the model takes no more time and memory than without. 40 suit 8 modes, 64 where handles are
-  // told; modes and fields are at most 128 together. sag_gravity must be zero. A shell that moves
-  // freely, in one piece, needs all its rigid motions among the modes: 6 modes more where nothing
-  // holds it.
+  // told to a shell that is held; modes and fields are at most 128 together. sag_gravity must be
+  // zero. A shell that moves freely, in one piece, needs all its rigid motions among the modes: 6
+  // modes more where nothing holds it.
   uint32_t reduced_fields;
   // Triangles, edges and hinges, together, that stand for all in its steps, whose cost grows with
   // their number; 0 = as many as leave out 1 % of the elastic forces, but at most 16 for each mode
