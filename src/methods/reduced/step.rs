@@ -44,7 +44,7 @@ const SETTLED: f64 = 1e-3;
 
 /// What a stage moves beside coasting, over the coasting, where it may be a jump; and over the shape, where it is none.
 const SUDDEN: f64 = 0.3;
-const NOTHING: f64 = 1e-8;
+const NOTHING: f64 = 1e-3;
 /// Of a jump, what inertia keeps of it at least where the step resolves it.
 const RESOLVED: f64 = 0.5;
 /// Stages in a row that stand, at most.
