@@ -5,10 +5,10 @@
 
 use super::{Obstacle, Probes, Reach};
 
-/// The skin, in ways of the round that the lists are made in,
+/// The skin, in ways of the round that the lists are made in.
 const WAYS: f64 = 8.5;
-/// and so many times more at most, where lists of few probes did not last for the second number of steps.
-const WIDEST: f64 = 64.0;
+/// Doublings of it, at most. It is doubled where lists of few probes did not last for so many steps.
+const DOUBLINGS: u32 = 6;
 const LASTING: u32 = 16;
 /// Lists of more than this part of the vertices are not widened, but made anew where steps that are so much shorter have come for as long.
 const FEW: f64 = 0.1;
@@ -33,7 +33,7 @@ pub struct Pair {
 }
 
 /// See the module's text.
-#[derive(Clone)]
+#[derive(Clone, Default)]
 pub struct Near {
     /// Probes by solid, ascending, and where those of each solid begin.
     pairs: Vec<Pair>,
@@ -50,32 +50,11 @@ pub struct Near {
     way: f64,
     /// The longest way of a step of late.
     longest: f64,
-    /// Steps since, and how much wider than usual the skin is to be.
+    /// Steps since, and how often the skin is to be doubled.
     age: u32,
-    widened: f64,
+    doublings: u32,
     valid: bool,
     pause: u32,
-}
-
-impl Default for Near {
-    fn default() -> Self {
-        Self {
-            pairs: vec![],
-            first: vec![],
-            vertices: vec![],
-            marks: vec![],
-            at: vec![],
-            skin: 0.0,
-            thinnest: 0.0,
-            moved: 0.0,
-            way: 0.0,
-            longest: 0.0,
-            age: 0,
-            widened: 1.0,
-            valid: false,
-            pause: 0,
-        }
-    }
 }
 
 impl Near {
@@ -104,8 +83,8 @@ impl Near {
         &self.at
     }
 
-    /// Whether they hold in a round that ends with vertices no farther than `change` from where they were made, and moves vertices by no more
-    /// than `way` and solids by no more than `led`.
+    /// Whether they hold in a round. It ends with vertices no farther than `change` from where the lists were made. It moves vertices by no
+    /// more than `way`, and solids by no more than `led`.
     pub fn keeps(&mut self, change: f64, (way, led): (f64, f64), size: f64) -> bool {
         if self.valid {
             self.way = led;
@@ -122,9 +101,13 @@ impl Near {
     fn wear_out(&mut self) {
         match self.age {
             0 => self.pause = PAUSE,
-            age if age < LASTING && self.is_short() => self.widened = (2.0 * self.widened).min(WIDEST),
+            age if age < LASTING && self.is_short() => self.doublings = (self.doublings + 1).min(DOUBLINGS),
             _ => {}
         }
+    }
+
+    fn widened(&self) -> f64 {
+        f64::from(1 << self.doublings)
     }
 
     fn is_short(&self) -> bool {
@@ -136,7 +119,7 @@ impl Near {
         self.moved += self.way;
         self.age = self.age.saturating_add(1);
         if self.age.is_multiple_of(LASTING) {
-            let needed = self.widened * WAYS * self.longest;
+            let needed = self.widened() * WAYS * self.longest;
             self.valid &= self.is_short() || needed.max(self.thinnest) > SHORTER * self.skin;
             self.longest = 0.0;
         }
@@ -169,7 +152,7 @@ impl Near {
     ) {
         (self.valid, self.pause) = (false, PAUSE);
         self.thinnest = THINNEST * probes.size;
-        let skin = self.widened * (WAYS * way.max(self.longest)).max(self.thinnest);
+        let skin = self.widened() * (WAYS * way.max(self.longest)).max(self.thinnest);
         self.longest = 0.0;
         if !skin.is_finite() {
             return;
@@ -196,7 +179,7 @@ impl Near {
                         continue;
                     }
                     if self.pairs.len() == room {
-                        self.widened = 1.0;
+                        self.doublings = 0;
                         return;
                     }
                     self.pairs.push(Pair { patch: patch as u32, probe: probe as u32 });
@@ -210,7 +193,7 @@ impl Near {
         (self.skin, self.moved, self.way, self.age) = (skin, 0.0, 0.0, 0);
         (self.valid, self.pause) = (true, 0);
         if !self.is_short() {
-            self.widened = (0.5 * self.widened).max(1.0);
+            self.doublings = self.doublings.saturating_sub(1);
         }
     }
 

@@ -25,8 +25,8 @@ def warn(level: str, message: str) -> None:
 
 
 def set_log(receiver: "Callable[[str, str], None] | None") -> None:
-    """Sends the library's messages to `receiver(level, message)`, level "info" or "warning"; None stops them. Until then warnings are
-    warnings.warn(message, ShellwarpWarning), to which log.warn returns.
+    """Sends the library's messages to `receiver(level, message)`, level "info" or "warning"; None stops them. Without a call, warnings are
+    Python's own, of ShellwarpWarning; `set_log(shellwarp.log.warn)` brings that back.
 
     For the whole process. What the receiver raises goes to sys.unraisablehook.
     """

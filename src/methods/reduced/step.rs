@@ -73,11 +73,13 @@ enum Damped {
 }
 
 /// What became of two stages.
-enum Done {
-    /// The first relaxed and stands, with this work of constraints.
-    Relaxed(f64),
-    /// Both are done. Whether the searches converged, and the work of constraints.
-    Ended(bool, f64),
+struct Stages {
+    /// The first relaxed and stands, and there is no second.
+    stands: bool,
+    /// Whether the searches did.
+    converged: bool,
+    /// Of constraints.
+    work: f64,
 }
 
 impl Reduced {
@@ -127,40 +129,35 @@ impl Reduced {
 
     /// Sets the next q and its rates. Returns whether the searches converged, and the work of constraints.
     fn stages(&mut self, at: At, load: &BodyLoad, h: f64) -> Result<(bool, f64)> {
-        let (mut before, mut left) = (0.0, h);
-        for standing in 0.. {
+        let (mut before, mut left, mut standing) = (0.0, h, 0);
+        let end = loop {
             let done = self.two_stages(at, load, left, standing < RELAXING);
-            if let Ok(Done::Relaxed(work)) = done {
-                if standing == 0 {
-                    self.begins.copy_from(&self.motion.q, &self.motion.q_dot);
-                }
-                self.motion.copy_from(&self.next, &self.rates);
-                before += work;
-                left *= 1.0 - GAMMA;
-                continue;
+            let Ok(Stages { stands: true, work, .. }) = done else { break done };
+            if standing == 0 {
+                self.begins.copy_from(&self.motion.q, &self.motion.q_dot);
             }
-            if standing > 0 {
-                self.motion.copy_from(&self.begins.q, &self.begins.q_dot);
-            }
-            return done.map(|done| match done {
-                Done::Ended(converged, work) => (converged, before + work),
-                Done::Relaxed(_) => (false, 0.0),
-            });
+            self.motion.copy_from(&self.next, &self.rates);
+            standing += 1;
+            before += work;
+            left *= 1.0 - GAMMA;
+        };
+        if standing > 0 {
+            self.motion.copy_from(&self.begins.q, &self.begins.q_dot);
         }
-        Ok((false, 0.0))
+        end.map(|end| (end.converged, before + end.work))
     }
 
     /// The same, or one stage where that stands and `may_stand`.
-    fn two_stages(&mut self, at: At, load: &BodyLoad, h: f64, may_stand: bool) -> Result<Done> {
+    fn two_stages(&mut self, at: At, load: &BodyLoad, h: f64, may_stand: bool) -> Result<Stages> {
         let tau = GAMMA * h;
         let damped = self.set_viscosity(at.reduced, tau);
         let first = Stage { h, tau, share: GAMMA, near: false, damped };
         self.begin(at, first);
         if !self.advance(at, load, first)? {
-            return Ok(Done::Ended(false, 0.0));
+            return Ok(Stages { stands: false, converged: false, work: 0.0 });
         }
         if may_stand && self.relaxes(first) {
-            return Ok(Done::Relaxed(self.work_of_constraints()));
+            return Ok(Stages { stands: true, converged: true, work: self.work_of_constraints() });
         }
         let work = ONWARD * self.work_of_constraints();
         self.set_rows(at, Shares::of_step(1.0));
@@ -177,7 +174,7 @@ impl Reduced {
         let (start, gone, end) = (&self.motion.q_dot, &self.from[1], &self.rates);
         let rates = |k: usize| [start[k], start[k] + (gone[k] - start[k]) / ONWARD, end[k]];
         self.estimate.of_stages(h, (0..end.len()).map(rates));
-        Ok(Done::Ended(converged, work + self.work_of_constraints()))
+        Ok(Stages { stands: false, converged, work: work + self.work_of_constraints() })
     }
 
     /// Whether a stage jumps where stiffness resists, and not inertia.
