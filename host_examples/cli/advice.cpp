@@ -166,12 +166,6 @@ void add_turns(const Summary &summary, std::vector<std::string> &words) {
                            static_cast<long long>(outside), frames.size()));
 }
 
-// What a step gets wrong by its own estimate, as a share of the largest displacement; 0 where nothing moves.
-double step_error_share(const Run &run) {
-  const double most = widest_frame(run).report.max_displacement;
-  return most > 0 ? largest_step_error(run) / most : 0;
-}
-
 // Of the full shell, where other methods have their certificate.
 void add_full_shell(const Summary &summary, std::vector<std::string> &words) {
   const double share = step_error_share(summary.run);

@@ -3,6 +3,7 @@
 #include "json.hpp"
 #include "judge.hpp"
 #include "method.hpp"
+#include "simulation.hpp"
 #include "support_motion.hpp"
 
 #include <algorithm>
@@ -149,7 +150,7 @@ void Page::add_film(const Scene &scene, const Run &run, const Film &film, const 
   append(tracks_, format("{\"shell\":%zu,\"method\":\"%s\",\"full\":%s,\"label\":", n_shells_ - 1,
                          host::method_name(scene.method), host::is_full_shell(scene.method) ? "true" : "false") +
                       json_text(label) + ",\"cost\":" + json_text(cost_of(scene, run)) +
-                      ",\"unit\":" + json_number(film.largest() / 32767) + ",\"displacement\":" +
+                      ",\"unit\":" + json_number(film.largest() / 32767) + ",\"coarse\":" + json_number(100 * step_error_share(run)) + ",\"displacement\":" +
                       json_numbers(film.displacements()) + ",\"estimates\":[" + estimates + "],\"data\":" +
                       json_bytes(film.steps()) + "}");
   for (const std::string &sentence : words) append(words_, json_text(sentence));

@@ -134,10 +134,13 @@ std::string label_of(const Scene &scene, const SwModelInfo &info) {
   return host::needs_choice(scene.method) ? label + ": " + sw_method_label(info.auto_method) : label;
 }
 
-// The same scene by another method, onto the page.
+// The same scene by another method, onto the page. A model that was made for another one does, where it offers the method and was not chosen
+// by a budget, which may have taken other modes.
 void add_method(const Scene &scene, const Mesh &mesh, const std::vector<PlacedHandle> &handles, uint32_t n_frames,
-                const RunOptions &options, Page &page) {
-  const shellwarp::Model model = precompute(scene, mesh, options.quiet);
+                const shellwarp::Model &made, const RunOptions &options, Page &page) {
+  std::optional<shellwarp::Model> own;
+  if (!made.front().empty() || sw_model_offers(made.get(), scene.method) != SW_OK) own.emplace(precompute(scene, mesh, options.quiet));
+  const shellwarp::Model &model = own ? *own : made;
   shellwarp::State state = make_state(scene, mesh, model);
   Film film(mesh, n_frames, options.compare.size() + 1);
   Run run = simulate(scene, n_frames, mesh, handles, state, nullptr, &film, options.quiet,
@@ -155,7 +158,8 @@ void add_method(const Scene &scene, const Mesh &mesh, const std::vector<PlacedHa
 // The shell with what was said of it, and the methods that it is to be compared with.
 void add_to_page(const Scene &scene, const Mesh &mesh, const std::vector<PlacedHandle> &handles, uint32_t n_frames,
                  const Run &run, const Film &film, const std::vector<std::string> &words,
-                 const SwModelInfo &info, const RunOptions &options, Page &page) {
+                 const shellwarp::Model &model, const RunOptions &options, Page &page) {
+  const SwModelInfo info = model.info();
   page.add_shell(scene, mesh, handles, film);
   page.add_film(scene, run, film, words, label_of(scene, info));
   for (const std::string &name : options.compare) {
@@ -167,7 +171,7 @@ void add_to_page(const Scene &scene, const Mesh &mesh, const std::vector<PlacedH
     if (is_there || interrupted()) continue;
     if (!options.quiet) std::printf("compared with %s:\n", name.c_str());
     std::fflush(stdout);
-    add_method(other, mesh, handles, n_frames, options, page);
+    add_method(other, mesh, handles, n_frames, model, options, page);
   }
 }
 
@@ -227,7 +231,7 @@ int run_scene(Scene scene, const RunOptions &options, OutputFolder *folder, Page
   const Summary summary{scene, model.info(), model.frequencies(), run, model.front(), find_creases(scene.material, mesh), warned};
   const int status = report(summary, options);
   if (page && !run.interrupted)
-    add_to_page(scene, mesh, handles, n_frames, run, film, closing_words(summary), model.info(), options, *page);
+    add_to_page(scene, mesh, handles, n_frames, run, film, closing_words(summary), model, options, *page);
   return interrupted() ? kInterrupted : status;
 }
 

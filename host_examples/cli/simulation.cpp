@@ -155,6 +155,11 @@ double largest_step_error(const Run &run) {
   return largest;
 }
 
+double step_error_share(const Run &run) {
+  const double most = widest_frame(run).report.max_displacement;
+  return most > 0 ? largest_step_error(run) / most : 0;
+}
+
 void go_to(const Run &run, const FrameRecord &frame, const Scene &scene, shellwarp::State &state) {
   const double seconds = scene.is_static && frame.frame > 0 ? scene.duration : frame.report.time;
   run.supports->bring_rest(seconds, state);

@@ -70,6 +70,8 @@ const FrameRecord &widest_frame(const Run &run);
 
 // The largest that any frame's last step tells of itself, length.
 double largest_step_error(const Run &run);
+// The same as a share of the largest displacement; 0 where nothing moves.
+double step_error_share(const Run &run);
 
 // Brings a state to a frame: what was saved, and what a save has not, a rest shape that moves and how colliders are deformed.
 void go_to(const Run &run, const FrameRecord &frame, const Scene &scene, shellwarp::State &state);

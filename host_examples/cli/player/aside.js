@@ -27,10 +27,15 @@ function errorsAgainst(track, truth) {
   return motion.times.map((t, f) => [t, scale ? (100 * apart(track, truth, f)) / scale : 0]);
 }
 
+/** Percent of the motion that a step of the full shell may miss before its motion is no measure. */
+const COARSE = 1;
+
 /** How far a track is off the full shell's own motion, in words. */
-function offWords(track, points) {
+function offWords(track, points, truth) {
   const worst = points.reduce((a, b) => (b[1] > a[1] ? b : a));
-  return `${track.label}: up to ${number(worst[1])} % off the full shell's own motion, at ${number(worst[0])} s. It holds what adds up over time, by the steps of both; an estimate is of one moment.`;
+  const off = `${track.label}: up to ${number(worst[1])} % off the full shell's own motion, at ${number(worst[0])} s.`;
+  if (truth.coarse > COARSE) return `${off} Much of this is the full shell's: each of its steps is off by up to ${number(truth.coarse)} %, and they calm it. Shorter steps (--step) tell which is nearer.`;
+  return `${off} It holds what adds up over time, by the steps of both; an estimate is of one moment.`;
 }
 
 const plots = [], comparisons = [];
@@ -68,7 +73,7 @@ function fillAside(player) {
     const curves = judged.map((t) => ({ colour: t.colour, dots: !truth, points: truth ? errorsAgainst(t, truth) : t.estimates }));
     if (curves[0].points.length < 2) continue;
     plot(truth ? `Off the full shell's motion${of}, % of its largest displacement` : `Error of single moments${of}, estimated, % of the displacement then`, curves);
-    if (truth) judged.forEach((t, k) => comparisons.push(offWords(t, curves[k].points)));
+    if (truth) judged.forEach((t, k) => comparisons.push(offWords(t, curves[k].points, truth)));
   }
   const list = element("methods");
   list.append(html("h2", "", shells.length > 1 && methods.length < 2 ? "Shells" : methods.length > 1 ? "Methods" : "Method"));

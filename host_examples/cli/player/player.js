@@ -283,6 +283,8 @@ class Player {
 
   drawLabels(matrix) {
     const several = methods.length > 1 && element("beside").checked;
+    // On a phone every other label is a line or two higher, so that each has the room of two.
+    const crowded = methods.length > 2 && element("labels").parentElement.clientWidth < 640;
     element("labels").replaceChildren(...(several ? methods : []).flatMap((method, g) => {
       const track = tracks.find((t) => t.group === g && t.shown);
       if (!track) return [];
@@ -295,9 +297,11 @@ class Player {
       const span = document.createElement("span");
       span.textContent = track.label;
       span.style.color = track.colour;
-      span.style.maxWidth = `${92 / methods.length}%`;
-      span.style.left = `${50 + 50 * left}%`;
-      span.style.top = `max(5.5rem, calc(${50 - 50 * top}% - 0.4rem))`;
+      const most = (crowded ? 150 : 92) / methods.length;
+      span.style.maxWidth = `${most}%`;
+      span.style.left = crowded ? `clamp(${most / 2}%, ${50 + 50 * left}%, ${100 - most / 2}%)` : `${50 + 50 * left}%`;
+      span.style.top = crowded ? `max(${g % 2 ? 8 : 10.4}rem, calc(${50 - 50 * top}% - ${g % 2 ? 2.8 : 0.4}rem))` : `max(5.5rem, calc(${50 - 50 * top}% - 0.4rem))`;
+      if (crowded) span.style.fontSize = "0.72rem";
       return [span];
     }));
   }

@@ -43,9 +43,10 @@ const VIOLET: (u8, u8, u8) = (125, 60, 165);
 const BROWN: (u8, u8, u8) = (120, 85, 60);
 const ORANGE: (u8, u8, u8) = (205, 120, 20);
 const TEAL: (u8, u8, u8) = (0, 135, 140);
+const PINK: (u8, u8, u8) = (200, 60, 135);
 const GREEN: (u8, u8, u8) = (30, 135, 75);
 
-/// Linear modal analysis red, warps blue and violet, rotation–strain brown, reduced shells orange and teal, full shells green, as on every
+/// Linear modal analysis red, warps blue and violet, rotation–strain brown, reduced shells orange, teal and pink, full shells green, as on every
 /// page of the report.
 pub const METHODS: &[Method] = &[
     Method {
@@ -165,7 +166,7 @@ pub const METHODS: &[Method] = &[
         method: SW_METHOD_ADAPTIVE_SHELL,
         integrator: 0,
         fields: 40,
-        colour: TEAL,
+        colour: PINK,
         marker: Marker::Cross,
     },
     Method {

@@ -124,7 +124,10 @@ type Drawn = std::result::Result<(), Box<dyn std::error::Error>>;
 #[derive(Clone, Copy)]
 enum Symbol {
     Line(RGBColor),
+    /// Of a line upright, as it is drawn.
     Dashes(RGBColor),
+    /// Of a level.
+    Dots(RGBColor),
     Marker(Marker, RGBColor),
     Ring,
 }
@@ -175,7 +178,7 @@ impl Plot<'_> {
         let shown = |limit: &&(f64, &str)| self.range(|p| p.0, self.x.1).contains(&self.x.1.place(limit.0));
         all.extend(self.marks.limit.iter().filter(shown).map(|l| (Symbol::Dashes(FAINT), l.1)));
         if !self.marks.levels.is_empty() {
-            all.push((Symbol::Dashes(FAINT), self.marks.levels_are));
+            all.push((Symbol::Dots(FAINT), self.marks.levels_are));
         }
         all
     }
@@ -342,9 +345,15 @@ fn draw_entry(area: &DrawingArea<SVGBackend, Shift>, what: Symbol, name: &str, a
     match what {
         Symbol::Line(colour) => area.draw(&PathElement::new(ends, colour.stroke_width(2)))?,
         Symbol::Dashes(colour) => {
-            for k in [0, 8, 16] {
-                let dash = [(at.0 + k, at.1 + 9), (at.0 + k + 4, at.1 + 9)];
+            for k in [0, 7, 14] {
+                let dash = [(middle.0, at.1 + k), (middle.0, at.1 + k + 4)];
                 area.draw(&PathElement::new(dash, colour.stroke_width(1)))?;
+            }
+        }
+        Symbol::Dots(colour) => {
+            for k in [0, 6, 12, 18] {
+                let dot = [(at.0 + k, at.1 + 9), (at.0 + k + 2, at.1 + 9)];
+                area.draw(&PathElement::new(dot, colour.stroke_width(1)))?;
             }
         }
         Symbol::Marker(marker, colour) => area.draw(&symbol(middle, marker, colour))?,
