@@ -17,7 +17,7 @@ struct Notes {
   bool stored_of_others = false;   // the frames on disk are of another mesh, or of other settings
   double supports_missed = 0;      // SwStateReport.support_miss over the mesh's size
   double rest_stretched = 0;       // SwStateReport.rest_stretch
-  bool maps_unused = false;        // of the stiffness, which is not by a known material or a sheet
+  std::string maps_unused;         // those that the kind of stiffness does not take
   double inside = 0;               // SwStateReport.deepest_penetration over the mesh's size; of what is pushed out, what is left of it
   uint64_t builds = 0, steps = 0;  // so far; a sub-frame's part of a step is not counted
 
@@ -32,7 +32,7 @@ struct Notes {
   uint32_t warnings() const {
     return 1u * !turn_in_range | 2u * (handles_missed > 0) | 4u * jumped | 8u * floats | 16u * !certified.empty() |
            32u * (supports_missed > kMissed) | 64u * stored_of_others | 128u * (inside > kInside) | 256u * (rest_stretched > kStretched) |
-           512u * maps_unused;
+           512u * !maps_unused.empty();
   }
 };
 

@@ -34,6 +34,7 @@ struct Stiffness {
   enum class By { frequency = 0, material = 1, preset = 2, sheet = 3, sag = 4 };
   By by = By::frequency;
   bool by_look() const { return by == By::frequency || by == By::sag; }  // of a sheet whose clock is set
+  bool by_sheet() const { return by == By::preset || by == By::sheet; }  // in engineering units
 
   double frequency = 2;  // Hz of the slowest mode that swings, > 0 (by frequency)
   // By sag: how far the vertex that moves furthest hangs at rest, > 0, in the object's length; and gravity in its axes and length. An evaluation fills
@@ -51,9 +52,9 @@ struct Stiffness {
   double young = 3e9, poisson = 0.3, volume_density = 1000;
   double metres = 1;  // in a unit of the object's space, for both
 
-  // Factors at the points of what is drawn, above 0, of the thickness, Young's modulus and the mass per volume; empty is 1 everywhere. By preset
-  // and sheet.
-  std::vector<double> thickness_map, young_map, density_map;
+  // Factors at the points of what is drawn, above 0; empty is 1 everywhere. By preset and sheet of the thickness and Young's modulus, by material of
+  // `bend` and `stretch`, and of the mass always. Those of another kind do nothing.
+  std::vector<double> thickness_map, young_map, density_map, bend_map, stretch_map;
 
   // By preset and sheet: above 0, Young's modulus across a direction in Pa, and `young` is that along; and the shear modulus, 0 = Huber's estimate.
   double young_across = 0, shear = 0;

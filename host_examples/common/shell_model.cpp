@@ -63,7 +63,7 @@ SwMaterialDesc real_material(const Stiffness &s) {
 
 SwMaterialDesc material(const Mesh &mesh, const Stiffness &stiffness) {
   if (stiffness.by_look()) return sheet_material(mesh, stiffness.thickness);
-  if (stiffness.by == Stiffness::By::preset || stiffness.by == Stiffness::By::sheet) return real_material(stiffness);
+  if (stiffness.by_sheet()) return real_material(stiffness);
   SwMaterialDesc desc = shellwarp::material_desc();
   desc.k_bend = stiffness.bend;
   desc.k_area = desc.k_length = stiffness.stretch;
@@ -86,10 +86,20 @@ struct ScaledMap {
 
 std::vector<ScaledMap> maps_of(const Stiffness &s, const SwMaterialDesc &desc) {
   std::vector<ScaledMap> maps;
-  if (desc.energy != SW_ENERGY_KOITER) return maps;
-  if (!s.thickness_map.empty()) maps.emplace_back(SW_MAP_THICKNESS, desc.thickness, s.thickness_map);
-  if (!s.young_map.empty()) maps.emplace_back(SW_MAP_YOUNG, desc.young, s.young_map);
-  if (!s.density_map.empty()) maps.emplace_back(SW_MAP_VOLUME_DENSITY, desc.volume_density, s.density_map);
+  const auto add = [&maps](uint32_t quantity, double constant, const std::vector<double> &factors) {
+    if (!factors.empty()) maps.emplace_back(quantity, constant, factors);
+  };
+  if (s.by_sheet()) {
+    add(SW_MAP_THICKNESS, desc.thickness, s.thickness_map);
+    add(SW_MAP_YOUNG, desc.young, s.young_map);
+    add(SW_MAP_VOLUME_DENSITY, desc.volume_density, s.density_map);
+    return maps;
+  }
+  add(SW_MAP_AREA_DENSITY, desc.area_density, s.density_map);
+  if (s.by_look()) return maps;
+  add(SW_MAP_K_BEND, desc.k_bend, s.bend_map);
+  add(SW_MAP_K_LENGTH, desc.k_length, s.stretch_map);
+  add(SW_MAP_K_AREA, desc.k_area, s.stretch_map);
   return maps;
 }
 
@@ -200,7 +210,7 @@ void check_stiffness(const Stiffness &s) {
   if (s.by == Stiffness::By::preset && s.preset >= sw_preset_count())
     throw HostError("the known material is number " + number(uint64_t(s.preset)) + ", but this library has " +
                     number(uint64_t(sw_preset_count())));
-  if (s.by == Stiffness::By::preset || s.by == Stiffness::By::sheet) {
+  if (s.by_sheet()) {
     require_positive("the number of metres in a unit", s.metres);
     require(s.young_across >= 0 && std::isfinite(s.young_across), "Young's modulus across", s.young_across, "0 or above");
     require(s.shear >= 0 && std::isfinite(s.shear), "the shear modulus", s.shear, "0 or above");
@@ -228,10 +238,18 @@ SwMaterialDesc sheet_material(const Mesh &mesh, double thickness) {
 static constexpr double kSagTolerance = 1e-3;  // of the length
 static constexpr double kSheet = 0.2;  // kg/m2, which is 1 by frequency and sag
 
-bool has_unused_maps(const Stiffness &stiffness) {
-  if (stiffness.by == Stiffness::By::preset || stiffness.by == Stiffness::By::sheet) return false;
-  const auto varies = [](const std::vector<double> &map) { return std::any_of(map.begin(), map.end(), [](double x) { return x != 1; }); };
-  return varies(stiffness.thickness_map) || varies(stiffness.young_map) || varies(stiffness.density_map);
+std::string unused_maps(const Stiffness &s) {
+  std::string names;
+  const auto look = [&names](bool taken, const char *name, const std::vector<double> &map) {
+    const bool varies = std::any_of(map.begin(), map.end(), [](double x) { return x != 1; });
+    if (!taken && varies) names += (names.empty() ? "" : ", ") + std::string(name);
+  };
+  const bool by_material = s.by == Stiffness::By::material;
+  look(s.by_sheet(), "thickness", s.thickness_map);
+  look(s.by_sheet(), "Young's modulus", s.young_map);
+  look(by_material, "bending", s.bend_map);
+  look(by_material, "stretching", s.stretch_map);
+  return names;
 }
 
 double force_scale(const Stiffness &stiffness) {
@@ -323,15 +341,16 @@ uint64_t build_key(const Mesh &mesh, const Build &build) {
   for (const Tie &tie : build.ties) hash.add(tie.vertex).add(tie.to).add(tie.to_face).add(tie.stiffness);
   hash.add(build.axis_supports.size()).add(build.ties.size()).add(build.tie_within);
   const Stiffness &s = build.stiffness;
+  hash.add_all(s.density_map);
   if (s.by_look()) return hash.add(s.thickness).value();
-  if (s.by != Stiffness::By::material) {
-    hash.add_all(s.thickness_map).add_all(s.young_map).add_all(s.density_map).add(s.young_across);
+  if (s.by_sheet()) {
+    hash.add_all(s.thickness_map).add_all(s.young_map).add(s.young_across);
     if (s.young_across > 0) hash.add(s.shear).add_all(s.directions);
   }
   if (s.by == Stiffness::By::preset) return hash.add(s.preset).add(s.thickness).add(s.metres).value();
   if (s.by == Stiffness::By::sheet)
     return hash.add(s.young).add(s.poisson).add(s.thickness).add(s.volume_density).add(s.metres).value();
-  return hash.add(s.bend).add(s.stretch).add(s.density).value();
+  return hash.add(s.bend).add(s.stretch).add(s.density).add_all(s.bend_map).add_all(s.stretch_map).value();
 }
 
 void check_map(const Mesh &mesh, const char *what, const std::vector<double> &factors, bool zero_too) {
@@ -365,9 +384,10 @@ void check_build(const Mesh &mesh, const Build &build) {
   require(build.patches_near >= 0 && std::isfinite(build.patches_near), "the distance of contact patches", build.patches_near, "0 or above");
   require(build.most_patches >= 1 && build.most_patches <= 128, "the most contact patches", build.most_patches, "1 to 128");
   check_stiffness(build.stiffness);
-  check_map(mesh, "thickness", build.stiffness.thickness_map);
-  check_map(mesh, "Young's modulus", build.stiffness.young_map);
-  check_map(mesh, "density", build.stiffness.density_map);
+  const Stiffness &s = build.stiffness;
+  check_map(mesh, "density", s.density_map);
+  if (s.by_sheet()) check_map(mesh, "thickness", s.thickness_map), check_map(mesh, "Young's modulus", s.young_map);
+  if (s.by == Stiffness::By::material) check_map(mesh, "bending", s.bend_map), check_map(mesh, "stretching", s.stretch_map);
 }
 
 }  // namespace host

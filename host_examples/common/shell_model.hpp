@@ -70,8 +70,8 @@ double stiffness_of_sag(const shellwarp::Model &model, const Vec3 &gravity, doub
 // Of air in kg/m3, in the model's mass and the object's length.
 double air_density(const Stiffness &stiffness, double density);
 
-// Whether there are maps of thickness, modulus or density that its kind of stiffness does not take.
-bool has_unused_maps(const Stiffness &stiffness);
+// The maps that vary and that its kind of stiffness does not take, by name; empty where there are none.
+std::string unused_maps(const Stiffness &stiffness);
 
 // A newton in the model's mass and the object's length, and seconds.
 double force_scale(const Stiffness &stiffness);

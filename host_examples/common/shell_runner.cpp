@@ -65,7 +65,7 @@ void ShellRunner::run(Request &request, const At &at) {
   for (double &f : request.inputs.forces) f *= force_scale(request.build.stiffness);
   request.inputs.stiffness_factor = static_cast<double>(static_cast<float>(request.inputs.stiffness_factor));  // as a frame keeps it
   request.inputs.wind.density = air_density(request.build.stiffness, request.inputs.wind.density);
-  notes_.maps_unused = has_unused_maps(request.build.stiffness);
+  notes_.maps_unused = unused_maps(request.build.stiffness);
   find_patches(request, at);
   find_sag_gravity(request, at);
   const bool built = !model_serves(request, at);

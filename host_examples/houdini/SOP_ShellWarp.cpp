@@ -62,7 +62,7 @@ static const char *theDsFile = R"THEDSFILE(
     parm { name "volumedensity" label "Density by Volume" type float default { "1000" } range { 0! 10000 } hidewhen "{ stiffnessfrom != sheet }" }
     parm { name "thicknessmap" label "Thickness Map" type string default { "" } hidewhen "{ stiffnessfrom == frequency } { stiffnessfrom == material } { stiffnessfrom == sag }" }
     parm { name "youngmap" label "Young's Modulus Map" type string default { "" } hidewhen "{ stiffnessfrom == frequency } { stiffnessfrom == material } { stiffnessfrom == sag }" }
-    parm { name "densitymap" label "Density Map" type string default { "" } hidewhen "{ stiffnessfrom == frequency } { stiffnessfrom == material } { stiffnessfrom == sag }" }
+    parm { name "densitymap" label "Density Map" type string default { "" } }
     parm { name "youngacross" label "Young's Modulus Across" type float default { "0" } range { 0! 100000000000 } hidewhen "{ stiffnessfrom == frequency } { stiffnessfrom == material } { stiffnessfrom == sag }" }
     parm { name "shear" label "Shear Modulus" type float default { "0" } range { 0! 100000000000 } hidewhen "{ stiffnessfrom == frequency } { stiffnessfrom == material } { stiffnessfrom == sag }" }
     parm { name "direction" label "Direction" type vector size 3 default { "1" "0" "0" } hidewhen "{ stiffnessfrom == frequency } { stiffnessfrom == material } { stiffnessfrom == sag }" }
@@ -71,6 +71,8 @@ static const char *theDsFile = R"THEDSFILE(
     parm { name "kbend" label "Bend Stiffness" type float default { "1" } range { 0 100 } hidewhen "{ stiffnessfrom != material }" }
     parm { name "kstretch" label "Stretch Stiffness" type float default { "10000" } range { 0 1000000 } hidewhen "{ stiffnessfrom != material }" }
     parm { name "density" label "Density" type float default { "1" } range { 0 10 } hidewhen "{ stiffnessfrom != material }" }
+    parm { name "bendmap" label "Bending Map" type string default { "" } hidewhen "{ stiffnessfrom != material }" }
+    parm { name "stretchmap" label "Stretch Map" type string default { "" } hidewhen "{ stiffnessfrom != material }" }
     parm { name "restshape" label "Rest Shape" type string default { "" } }
     parm { name "creasegroup" label "Crease Group" type string default { "" } }
     parm { name "creasefactor" label "Crease Factor" type float default { "0.1" } range { 0! 10 } }
@@ -153,7 +155,7 @@ PRM_Template *SOP_ShellWarp::buildTemplates() {
     for (const char *group : {"supportgroup", "contactpatches"}) builder.setChoiceListPtr(group, &SOP_Node::pointGroupMenu);
     builder.setChoiceListPtr("creasegroup", &SOP_Node::edgeGroupMenu);
     builder.setChoiceListPtr("colliderpieces", &SOP_Node::primAttribReplaceMenu);
-    for (const char *attribute : {"supportattrib", "weightattrib", "thicknessmap", "youngmap", "densitymap", "dampingmap", "restshape", "supportaxes", "tieto", "tietoface", "force", "windattrib"})
+    for (const char *attribute : {"supportattrib", "weightattrib", "thicknessmap", "youngmap", "densitymap", "bendmap", "stretchmap", "dampingmap", "restshape", "supportaxes", "tieto", "tietoface", "force", "windattrib"})
       builder.setChoiceListPtr(attribute, &SOP_Node::pointAttribReplaceMenu);
   }
   return builder.templates();
@@ -385,11 +387,14 @@ void ShellWarpVerb::cook(const CookParms &cookparms) const {
     pull_settings(parms, request);
     pull_shell(cookparms, *detail, request);
     host::Stiffness &stiffness = request.build.stiffness;
-    if (stiffness.by == host::Stiffness::By::preset || stiffness.by == host::Stiffness::By::sheet) {
+    pull_map(*detail, parms.getDensitymap(), stiffness.density_map);
+    if (stiffness.by_sheet()) {
       pull_map(*detail, parms.getThicknessmap(), stiffness.thickness_map);
       pull_map(*detail, parms.getYoungmap(), stiffness.young_map);
-      pull_map(*detail, parms.getDensitymap(), stiffness.density_map);
       if (stiffness.young_across > 0 && parms.getDirections().isstring()) pull_directions(*detail, parms.getDirections(), stiffness);
+    } else if (stiffness.by == host::Stiffness::By::material) {
+      pull_map(*detail, parms.getBendmap(), stiffness.bend_map);
+      pull_map(*detail, parms.getStretchmap(), stiffness.stretch_map);
     }
     if (parms.getForce().isstring()) request.inputs.forces = to_world(*detail, parms.getForce(), request.inputs.object);
     if (parms.getWindattrib().isstring()) request.inputs.wind.local = to_world(*detail, parms.getWindattrib(), request.inputs.object);

@@ -276,10 +276,11 @@ void pull_maps(MDataBlock &block, unsigned int multiIndex, host::Request &reques
   for (const double share : sheltered)
     for (const double v : wind.velocity) wind.local.push_back((share - 1) * v);
   add_factors(block, multiIndex, Node::dampingMapList, Node::dampingMap, n_points, request.motion.damping_map);
-  if (s.by != host::Stiffness::By::preset && s.by != host::Stiffness::By::sheet) return;
   add_factors(block, multiIndex, Node::thicknessMapList, Node::thicknessMap, n_points, s.thickness_map);
   add_factors(block, multiIndex, Node::youngMapList, Node::youngMap, n_points, s.young_map);
   add_factors(block, multiIndex, Node::densityMapList, Node::densityMap, n_points, s.density_map);
+  add_factors(block, multiIndex, Node::bendMapList, Node::bendMap, n_points, s.bend_map);
+  add_factors(block, multiIndex, Node::stretchMapList, Node::stretchMap, n_points, s.stretch_map);
 }
 
 static void add_axes(MDataBlock &block, std::vector<host::AxisSupport> &supports) {

@@ -20,6 +20,7 @@ MObject ShellWarpNode::stiffnessFrom, ShellWarpNode::frequency, ShellWarpNode::s
 MObject ShellWarpNode::preset, ShellWarpNode::young, ShellWarpNode::poisson, ShellWarpNode::volumeDensity;
 MObject ShellWarpNode::thicknessMapList, ShellWarpNode::thicknessMap, ShellWarpNode::youngMapList, ShellWarpNode::youngMap,
     ShellWarpNode::densityMapList, ShellWarpNode::densityMap;
+MObject ShellWarpNode::bendMapList, ShellWarpNode::bendMap, ShellWarpNode::stretchMapList, ShellWarpNode::stretchMap;
 MObject ShellWarpNode::youngAcross, ShellWarpNode::shear, ShellWarpNode::direction, ShellWarpNode::directionX, ShellWarpNode::directionY,
     ShellWarpNode::directionZ, ShellWarpNode::directions;
 MObject ShellWarpNode::creases, ShellWarpNode::creaseEdges, ShellWarpNode::creaseFactor, ShellWarpNode::creaseAngle, ShellWarpNode::creaseSetsAngle, ShellWarpNode::creaseYield,
@@ -211,7 +212,7 @@ MStatus create_material() {
   return MS::kSuccess;
 }
 
-// Factors on the wind, the damping and a sheet's constants, and where a force acts.
+// Factors on the wind, the damping and a material's constants, and where a force acts.
 MStatus create_maps() {
   constexpr float kMost = 100;
   MStatus status;
@@ -225,7 +226,11 @@ MStatus create_maps() {
   CHECK_MSTATUS_AND_RETURN_IT(status);
   status = create_painted(Node::youngMapList, Node::youngMap, {"youngMapList", "yml", "youngMap", "ymp"}, 1, kMost);
   CHECK_MSTATUS_AND_RETURN_IT(status);
-  return create_painted(Node::densityMapList, Node::densityMap, {"densityMapList", "dml", "densityMap", "dmp"}, 1, kMost);
+  status = create_painted(Node::densityMapList, Node::densityMap, {"densityMapList", "dml", "densityMap", "dmp"}, 1, kMost);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_painted(Node::bendMapList, Node::bendMap, {"bendMapList", "bml", "bendMap", "bmp"}, 1, kMost);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  return create_painted(Node::stretchMapList, Node::stretchMap, {"stretchMapList", "sml", "stretchMap", "smp"}, 1, kMost);
 }
 
 MStatus create_supports() {
@@ -388,10 +393,10 @@ MStatus ShellWarpNode::addAttributes() {
       reducedFields, autoError,    correctionSteps, integrator, certify,       supportKind, supportComponents, supportWeightList,
       frameFrom,     supportFrame, handles,      preset,        young,       poisson,           volumeDensity,
       colliders,     proxy,        follow,       supportFields, wind,       airDensity,        normalDrag,
-      tangentialDrag, dampingStiffness, cache,  thicknessMapList, youngMapList,     densityMapList, proxyVertices, proxyThickness,
+      tangentialDrag, dampingStiffness, cache,  thicknessMapList, youngMapList,     densityMapList, bendMapList, stretchMapList, proxyVertices, proxyThickness,
       contactPatches, contactPatchesNear, contactPatchesMost, pushOut, dampingMapList, stiffnessFactor,
       youngAcross, shear, direction, directions, creases, restShape, supportAxes, ties, tieWithin, force, forceMapList, windMapList, followRest};
-  const MObject children[] = {windMap, windX, windY, windZ, gravityX,       gravityY,       gravityZ,          supportWeights,   dampingMap, thicknessMap, youngMap, densityMap, handleVertex,
+  const MObject children[] = {windMap, windX, windY, windZ, gravityX,       gravityY,       gravityZ,          supportWeights,   dampingMap, thicknessMap, youngMap, densityMap, bendMap, stretchMap, handleVertex,
                               handleTarget,   handlePosition, handleOrientation, handleCompliance, handleHeld, handleAxisX, handleAxisY, handleAxisZ, colliderMesh,
                               colliderMatrix, colliderShape,  colliderCells,     colliderFriction, colliderThickness,
                               directionX, directionY, directionZ, creaseEdges, creaseFactor, creaseAngle, creaseSetsAngle, creaseYield,
@@ -437,7 +442,7 @@ MStatus ShellWarpNode::initialize() {
   status = addAttributes();
   CHECK_MSTATUS_AND_RETURN_IT(status);
   // What Artisan offers in the Paint Attributes tool.
-  for (const char *map : {"weights", "supportWeights", "forceMap", "windMap", "dampingMap", "thicknessMap", "youngMap", "densityMap"})
+  for (const char *map : {"weights", "supportWeights", "forceMap", "windMap", "dampingMap", "thicknessMap", "youngMap", "densityMap", "bendMap", "stretchMap"})
     MGlobal::executeCommand(MString("makePaintable -attrType multiFloat -sm deformer ") + nodeName + " " + map);
   return MS::kSuccess;
 }

@@ -1065,14 +1065,45 @@ void maps_that_the_stiffness_does_not_take_are_told() {
     Request request = strip_request();
     host::Stiffness &s = request.build.stiffness;
     s.by = by, s.sag = 0.1, s.sag_gravity = {0, 0, -1}, s.thickness = 0.02;
-    const bool takes = by == By::preset || by == By::sheet;
-    s.young_map.assign(STRIP_VERTICES, 1);
+    const bool sheet = by == By::preset || by == By::sheet;
+    for (std::vector<double> *map : {&s.thickness_map, &s.young_map, &s.density_map, &s.bend_map, &s.stretch_map}) map->assign(STRIP_VERTICES, 1);
     runner.evaluate(at_frame(request, 0));
     CHECK(!(runner.notes().warnings() & 512u));
-    s.young_map[0] = 2;
+    for (std::vector<double> *map : {&s.thickness_map, &s.young_map, &s.density_map, &s.bend_map, &s.stretch_map}) (*map)[0] = 2;
     runner.evaluate(at_frame(request, 0));
-    CHECK(contains(runner.notes().warning(), "the maps of the thickness, Young's modulus and the density do nothing") == !takes);
-    CHECK(!(runner.notes().warnings() & 512u) == takes);
+    CHECK(runner.notes().warnings() & 512u);
+    CHECK(runner.notes().maps_unused == (sheet ? "bending, stretching" : by == By::material ? "thickness, Young's modulus" : "thickness, Young's modulus, bending, stretching"));
+    CHECK(contains(runner.notes().warning(), "these maps do nothing with this kind of stiffness: "));
+  }
+}
+
+// A map of a constant is that constant to the last bit; what is not above 0 is named, and so is a map of another length.
+void maps_multiply_the_papers_constants() {
+  const auto play_with = [](double bend, double stretch, double density, double factor) {
+    ShellRunner runner;
+    Request request = strip_request();
+    host::Stiffness &s = request.build.stiffness;
+    s.by = host::Stiffness::By::material, s.bend = bend, s.stretch = stretch, s.density = density;
+    if (factor != 1)
+      for (std::vector<double> *map : {&s.bend_map, &s.stretch_map, &s.density_map}) map->assign(STRIP_VERTICES, factor);
+    for (int k = 0; k <= 6; ++k) runner.evaluate(at_frame(request, k));
+    return runner.deformed();
+  };
+  CHECK(play_with(1e-3, 20, 2, 1) == play_with(5e-4, 10, 1, 2));
+  const std::pair<std::string, std::vector<double> host::Stiffness::*> maps[] = {{"the map of the bending", &host::Stiffness::bend_map}, {"the map of the stretching", &host::Stiffness::stretch_map}};
+  for (const auto &[name, map] : maps) {
+    const auto refusal = [map = map](std::size_t n, double value) {
+      return failure([=] {
+        Request request = at_frame(strip_request(), 0);
+        request.build.stiffness.by = host::Stiffness::By::material;
+        std::vector<double> &factors = request.build.stiffness.*map;
+        factors.assign(n, 1), factors[5] = value;
+        ShellRunner().evaluate(request);
+      });
+    };
+    CHECK(contains(refusal(STRIP_VERTICES, 0), (name + " is 0 at point 5; it must be above 0").c_str()));
+    CHECK(contains(refusal(STRIP_VERTICES, std::nan("")), (name + " is ").c_str()));
+    CHECK(contains(refusal(STRIP_VERTICES - 1, 1), (name + " has ").c_str()));
   }
 }
 
@@ -2482,6 +2513,7 @@ int main() {
   RUN(after_an_error_the_next_good_evaluation_goes_on);
   RUN(a_shell_beyond_its_range_and_one_that_floats_are_told);
   RUN(maps_that_the_stiffness_does_not_take_are_told);
+  RUN(maps_multiply_the_papers_constants);
   RUN(a_host_with_a_decimal_comma_changes_neither_numbers_nor_messages);
   RUN(envelope_and_weights_take_their_share_of_the_displacement);
   RUN(a_known_material_is_the_librarys_own);

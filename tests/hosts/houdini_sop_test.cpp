@@ -268,10 +268,12 @@ void every_parameter_changes_the_result() {
   CHECK(changes(sheet, number("young", {1e8})));
   CHECK(changes(sheet, number("poisson", {0})));
   CHECK(changes(sheet, number("volumedensity", {5000})));
-  for (const char *map : {"thicknessmap", "youngmap", "densitymap"})
+  const std::pair<const char *, std::function<void(Scene &)>> maps[] = {
+      {"thicknessmap", sheet}, {"youngmap", sheet}, {"densitymap", sheet}, {"densitymap", material}, {"densitymap", nothing}, {"bendmap", material}, {"stretchmap", material}};
+  for (const auto &[map, by] : maps)
     CHECK(changes(
         [&](Scene &s) {
-          sheet(s);
+          by(s);
           std::vector<double> &painted = s.geometry().attributes["soft"];
           painted.assign(STRIP_VERTICES, 1);
           for (std::size_t i = 30; i < STRIP_VERTICES; ++i) painted[i] = 0.5;
@@ -490,6 +492,24 @@ void a_map_multiplies_the_sheets_constant() {
   CHECK(broken.cook.errors.size() == 1 && contains(broken.cook.errors[0], "the map of the thickness is 0 at point 7; it must be above 0"));
 }
 
+void a_map_multiplies_the_papers_constant() {
+  for (const auto &[parameter, map] : {std::pair("kbend", "bendmap"), std::pair("kstretch", "stretchmap"), std::pair("density", "densitymap")}) {
+    Scene plain, constant, mapped, broken;
+    for (Scene *s : {&plain, &constant, &mapped, &broken})
+      s->cook.set("stiffnessfrom", {1}), s->cook.set("kbend", {1e-3}), s->cook.set("kstretch", {10}), s->cook.set("density", {1});
+    constant.cook.set(parameter, {parameter == std::string("kbend") ? 2e-3 : parameter == std::string("kstretch") ? 20.0 : 2.0});
+    for (Scene *s : {&mapped, &broken}) s->geometry().attributes["twice"].assign(STRIP_VERTICES, 2), s->cook.set_text(map, "twice");
+    broken.geometry().attributes["twice"][7] = -1;
+    const Points first = plain.play(8), a = constant.play(8), b = mapped.play(8);
+    double apart = 0, changed = 0;
+    for (std::size_t i = 0; i < a.size(); ++i)
+      apart = std::max(apart, double(std::fabs(a[i].y() - b[i].y()))), changed = std::max(changed, double(std::fabs(a[i].y() - first[i].y())));
+    CHECK(apart <= 1e-3 * changed);  // rounding of the constants, against what they do
+    broken.at(2);
+    CHECK(broken.cook.errors.size() == 1 && contains(broken.cook.errors[0], " is -1 at point 7; it must be above 0"));
+  }
+}
+
 // Without gravity a fold of 60 degrees is where the strip rests: convex below, from where Houdini shows these polygons.
 void edges_of_a_group_fold() {
   const auto group = [](Scene &s) {
@@ -619,6 +639,7 @@ void maps_and_fibres_are_those_of_the_first_input_beside_a_fourth() {
     } else if (!what.empty()) {
       std::vector<double> &map = drawn.attributes["painted"];
       for (const UT_Vector3 &p : drawn.points) map.push_back(p.x() < 2 ? 4 : 1);
+      if (what == "bendmap") scene.cook.set("stiffnessfrom", {1}), scene.cook.set("kbend", {1e-3}), scene.cook.set("kstretch", {10});
       scene.cook.set_text(what.c_str(), "painted");
     }
     scene.play(10);
@@ -626,7 +647,7 @@ void maps_and_fibres_are_those_of_the_first_input_beside_a_fourth() {
     return double(scene.cook.output.fake_geometry().points[by_fourth ? n - 1 - kTip : kTip].y());
   };
   const double plain = tip(false, "");
-  for (const char *what : {"directions", "thicknessmap", "youngmap", "densitymap", "dampingmap"}) {
+  for (const char *what : {"directions", "thicknessmap", "youngmap", "densitymap", "dampingmap", "bendmap"}) {
     const double alone = tip(false, what);
     CHECK(std::fabs(alone - plain) > 1e-4);
     CHECK_NEAR(tip(true, what), alone, 1e-5);  // floats of the binding, of 4
@@ -1280,6 +1301,7 @@ int main(int argc, char **argv) {
     RUN(the_menu_of_known_materials_is_the_librarys_table);
     RUN(a_known_material_is_the_sheet_of_its_numbers);
     RUN(a_map_multiplies_the_sheets_constant);
+    RUN(a_map_multiplies_the_papers_constant);
     RUN(edges_of_a_group_fold);
     RUN(an_attribute_is_the_shape_without_stress);
     RUN(fibres_run_along_a_direction_or_an_attribute);

@@ -111,7 +111,7 @@ void every_attribute_has_its_own_names_and_affects_the_output() {
                                  "binMembership",
                                  "bnm"};
   const std::vector<fake::AttributeInfo> attributes = node.attributes();
-  CHECK(attributes.size() == 112);
+  CHECK(attributes.size() == 116);
   for (const fake::AttributeInfo &attribute : attributes) {
     CHECK(names.insert(attribute.name).second && names.insert(attribute.brief).second);
     CHECK(attribute.affects_output);
@@ -122,7 +122,7 @@ void every_attribute_has_its_own_names_and_affects_the_output() {
 void supports_can_be_painted_and_handles_are_an_array() {
   fake::Deformer node("shellWarp");
   for (const fake::AttributeInfo &attribute : node.attributes()) {
-    const std::set<std::string> painted = {"supportWeights", "thicknessMap", "youngMap", "densityMap", "dampingMap", "forceMap", "windMap"};
+    const std::set<std::string> painted = {"supportWeights", "thicknessMap", "youngMap", "densityMap", "bendMap", "stretchMap", "dampingMap", "forceMap", "windMap"};
     CHECK(attribute.paintable == (painted.count(attribute.name) == 1));
     const bool array =
         painted.count(attribute.name) || painted.count(attribute.name.substr(0, attribute.name.size() - 4)) || attribute.name == "supportWeightList" ||
@@ -425,8 +425,10 @@ void every_attribute_changes_the_result() {
   CHECK(changes(sheet, number("poisson", 0)));
   CHECK(changes(sheet, number("volumeDensity", 5000)));
   CHECK(changes(sheet, number("thickness", 0.2)));
-  for (const char *map : {"thicknessMap", "youngMap", "densityMap"})
-    CHECK(changes(sheet, [map](Scene &s) {
+  const std::pair<const char *, std::function<void(Scene &)>> maps[] = {
+      {"thicknessMap", sheet}, {"youngMap", sheet}, {"densityMap", sheet}, {"densityMap", material}, {"densityMap", frequency}, {"bendMap", material}, {"stretchMap", material}};
+  for (const auto &[name, by] : maps)
+    CHECK(changes(by, [map = name](Scene &s) {
       for (int i = 60; i < STRIP_VERTICES; ++i) s.node.set(std::string(map) + "List[0]." + map + "[" + std::to_string(i) + "]", 0.5);
     }));
   CHECK(changes(nothing, number("dampingRatio", 0.5)));
@@ -822,6 +824,7 @@ void maps_and_fibres_are_those_of_the_deformed_mesh_beside_a_proxy() {
     const fake::Mesh simulated = scene.mesh;
     const auto n = int(simulated.points.size());
     scene.node.set("stiffnessFrom", 3), scene.node.set("thickness", 0.5), scene.node.set("young", 1e9);
+    if (map == std::string("bendMap")) scene.node.set("stiffnessFrom", 1), scene.node.set("kBend", 5e3), scene.node.set("kStretch", 1e5);
     if (by_proxy) {
       std::reverse(scene.mesh.points.begin(), scene.mesh.points.end());
       for (int &corner : scene.mesh.corners) corner = n - 1 - corner;
@@ -847,11 +850,21 @@ void maps_and_fibres_are_those_of_the_deformed_mesh_beside_a_proxy() {
     return scene.node.evaluate()[std::size_t(by_proxy ? n - 1 - kTip : kTip)].y;
   };
   const double plain = tip(false, false, "");
-  for (const char *map : {"", "thicknessMap", "youngMap", "densityMap", "dampingMap"}) {
+  for (const char *map : {"", "thicknessMap", "youngMap", "densityMap", "dampingMap", "bendMap"}) {
     const double alone = tip(false, *map == 0, map);
     CHECK(std::fabs(alone - plain) > 1e-3);                  // it acts
     CHECK_NEAR(tip(true, *map == 0, map), alone, 1e-4);  // floats of the binding and the coordinates, of 40
   }
+}
+
+void a_painted_map_that_the_material_does_not_take_is_told_and_a_bad_one_is_named() {
+  Scene scene;
+  scene.node.set("stiffnessFrom", 0), scene.node.set("bendMapList[0].bendMap[7]", 0);
+  scene.at(1);
+  CHECK(!scene.node.failed() && fake::session().warnings.size() == 1 && contains(fake::session().warnings[0], "these maps do nothing with this kind of stiffness: bending"));
+  scene.node.set("stiffnessFrom", 1);
+  scene.at(2);
+  CHECK(scene.node.failed() && contains(fake::session().errors.back(), "the map of the bending is 0 at point 7; it must be above 0"));
 }
 
 void a_rest_shape_that_follows_is_not_led_past_a_still_proxy() {
@@ -1636,7 +1649,8 @@ int main(int argc, char **argv) {
     RUN(a_known_material_is_the_sheet_of_its_numbers);
     RUN(the_deformed_mesh_follows_a_proxy);
   RUN(maps_and_fibres_are_those_of_the_deformed_mesh_beside_a_proxy);
-  RUN(a_rest_shape_that_follows_is_not_led_past_a_still_proxy);
+    RUN(a_painted_map_that_the_material_does_not_take_is_told_and_a_bad_one_is_named);
+    RUN(a_rest_shape_that_follows_is_not_led_past_a_still_proxy);
     RUN(wind_carries_a_known_material_by_its_own_weight);
     RUN(wind_is_painted_away);
   RUN(a_painted_force_acts_in_newtons);

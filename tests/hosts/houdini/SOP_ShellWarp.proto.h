@@ -51,6 +51,8 @@ public:
   UT_StringHolder getThicknessmap() const { return thicknessmap_; }
   UT_StringHolder getYoungmap() const { return youngmap_; }
   UT_StringHolder getDensitymap() const { return densitymap_; }
+  UT_StringHolder getBendmap() const { return bendmap_; }
+  UT_StringHolder getStretchmap() const { return stretchmap_; }
   fpreal getMetresperunit() const { return metresperunit_; }
   int64_t getCollidershape() const { return collidershape_; }
   int64_t getCollidercells() const { return collidercells_; }
@@ -130,6 +132,8 @@ public:
     thicknessmap_ = at(values, "thicknessmap", "string").text.c_str();
     youngmap_ = at(values, "youngmap", "string").text.c_str();
     densitymap_ = at(values, "densitymap", "string").text.c_str();
+    bendmap_ = at(values, "bendmap", "string").text.c_str();
+    stretchmap_ = at(values, "stretchmap", "string").text.c_str();
     metresperunit_ = at(values, "metresperunit", "float").numbers[0];
     collidershape_ = static_cast<int64_t>(at(values, "collidershape", "ordinal").numbers[0]);
     collidercells_ = static_cast<int64_t>(at(values, "collidercells", "integer").numbers[0]);
@@ -221,6 +225,8 @@ private:
   UT_StringHolder thicknessmap_;
   UT_StringHolder youngmap_;
   UT_StringHolder densitymap_;
+  UT_StringHolder bendmap_;
+  UT_StringHolder stretchmap_;
   fpreal metresperunit_ = 0;
   int64_t collidershape_ = 0;
   int64_t collidercells_ = 0;
