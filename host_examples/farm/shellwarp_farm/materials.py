@@ -60,9 +60,13 @@ def with_usd(table, asset):
         raise SceneError("material: preset does not go with from_usd: both give a sheet")
     if asset is None or asset.sheet is None:
         raise SceneError("material: from_usd is true, and the mesh has no material bound to it in a USD file")
-    if missing := sorted(SHEET - set(table) - set(asset.sheet)):
+    sheet = {**asset.sheet, **{key: value for key, value in table.items() if key != "from_usd"}}
+    area_density = sheet.pop("area_density", None)
+    if area_density and "thickness" in sheet and "volume_density" not in table:
+        sheet["volume_density"] = area_density / sheet["thickness"]
+    if missing := sorted(SHEET - set(sheet)):
         raise SceneError(f"material: the material that {asset.prim} has bound does not say {missing[0]}: give it here")
-    return {**asset.sheet, **{key: value for key, value in table.items() if key != "from_usd"}}
+    return sheet
 
 
 def known(where, table, keys):

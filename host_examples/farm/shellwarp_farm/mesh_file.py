@@ -34,9 +34,11 @@ class Drawn(NamedTuple):
     groups: "dict[str, list] | None" = None   # of an OBJ file: vertices of its groups and objects
 
 
-# Of a material of USD: the schema of surface deformables, and the density of UsdPhysics where that has none.
-SHEET_OF_USD = [("young", "omniphysics:youngsModulus"), ("poisson", "omniphysics:poissonsRatio"), ("thickness", "omniphysics:surfaceThickness"),
-                ("volume_density", "omniphysics:density"), ("volume_density", "physics:density")]
+# Of a material of USD, the first that is told counts: the schema of surface deformables, the one before it, and the density of UsdPhysics.
+OLD_SURFACE = "physxDeformableSurfaceMaterial:"
+SHEET_OF_USD = [("young", "omniphysics:youngsModulus"), ("young", OLD_SURFACE + "youngsModulus"), ("poisson", "omniphysics:poissonsRatio"),
+                ("poisson", OLD_SURFACE + "poissonsRatio"), ("thickness", "omniphysics:surfaceThickness"), ("thickness", OLD_SURFACE + "thickness"),
+                ("volume_density", "omniphysics:density"), ("volume_density", OLD_SURFACE + "density"), ("volume_density", "physics:density")]
 NAMED = re.compile(r"(?P<file>.*?)(?:<(?P<prim>/.*)>)?")
 PRIM = re.compile(r"(/[A-Za-z_]\w*)+", re.ASCII)
 
@@ -142,13 +144,23 @@ def _read_usd(path, wanted):
     points = numpy.array(mesh.GetPointsAttr().Get(time), dtype=numpy.float64)
     ends = numpy.cumsum(counts)
     faces = [corners[end - count:end].tolist() for end, count in zip(ends, counts)]
+    world = points @ place[:3, :3] + place[3, :3]
     asset = Asset(str(prim.GetPath()), str(UsdGeom.GetStageUpAxis(stage)), UsdGeom.GetStageMetersPerUnit(stage),
-                  mesh.GetSubdivisionSchemeAttr().Get() != UsdGeom.Tokens.none, bool(UsdGeom.PrimvarsAPI(mesh).GetPrimvar("normals")), _sheet_of(stage, prim))
-    return points @ place[:3, :3] + place[3, :3], faces, Drawn(faces, asset=asset)
+                  mesh.GetSubdivisionSchemeAttr().Get() != UsdGeom.Tokens.none, bool(UsdGeom.PrimvarsAPI(mesh).GetPrimvar("normals")), _sheet_of(stage, prim, lambda: _area(world, faces)))
+    return world, faces, Drawn(faces, asset=asset)
 
 
-def _sheet_of(stage, prim):
-    """The numbers of a sheet that the material bound for physics has, those that are authored; None where no material is bound."""
+def _area(points, faces):
+    """Of all faces, each as the flat polygon that its vector area is of."""
+    def twice(face):
+        x = points[face]
+        return numpy.linalg.norm(numpy.cross(x, numpy.roll(x, -1, axis=0)).sum(axis=0))
+    return 0.5 * sum(twice(face) for face in faces)
+
+
+def _sheet_of(stage, prim, area):
+    """The numbers of a sheet that the material bound for physics has, those that are authored; None where no material is bound. A density or a mass of the mesh itself
+    goes over the material's, as UsdPhysics has it: the mass as `area_density`."""
     from pxr import UsdPhysics, UsdShade
     bound = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial("physics")[0]
     if not bound:
@@ -158,6 +170,11 @@ def _sheet_of(stage, prim):
         attribute = bound.GetPrim().GetAttribute(name)
         if key not in found and attribute and attribute.HasAuthoredValue() and not (key == "volume_density" and attribute.Get() == 0):  # 0: not told
             found[key] = float(attribute.Get()) * (1 if key in ("poisson", "thickness") else kilograms)
+    told = {name: float(value) * kilograms for name in ("physics:density", "physics:mass") if (value := prim.GetAttribute(name).Get())}   # 0: not told
+    if "physics:mass" in told:
+        found["area_density"] = told["physics:mass"] / area()
+    elif "physics:density" in told:
+        found["volume_density"] = told["physics:density"]
     return found
 
 

@@ -1,5 +1,6 @@
 """Claims about what varies over a job's shell, creases, rest shapes, and what changes at run time."""
 
+import functools
 import tempfile
 import unittest
 from pathlib import Path
@@ -12,6 +13,7 @@ from test_contact import LIST, Case
 from shellwarp_farm import selection
 from shellwarp_farm.errors import SceneError
 from shellwarp_farm.job import hash_of
+from shellwarp_farm.materials import material_of, with_usd
 from shellwarp_farm.mesh_file import read_drawn
 from shellwarp_farm.model import load_model, model_key, model_tables, shell_of, slowest_of
 from shellwarp_farm.simulated import mesh_at, simulated_at
@@ -96,6 +98,30 @@ class Varying(Case):
         self.assertAlmostEqual(sheet(", thickness = 0.1").volume_density / 9e-4, 1, delta=1e-6)
         with self.assertRaisesRegex(SceneError, "does not say thickness"):
             sheet()
+
+    def test_a_usd_mesh_of_the_older_schema_and_one_of_a_told_mass(self):
+        """usd_sheet.usda is a sheet of 2 by 1 in centimetres and grams, as another program writes it."""
+        text = (Path(__file__).parent / "usd_sheet.usda").read_text()
+
+        def sheet(name, *changes, more=""):
+            for old, new in changes:
+                self.assertIn(old, text)
+            path = self.folder / name
+            path.write_text(functools.reduce(lambda text, change: text.replace(*change), changes, text))
+            asset = read_drawn(path).asset
+            return material_of(with_usd({"from_usd": True, **({"thickness": 0.1} if more else {})}, asset))
+
+        old = sheet("old.usda")
+        for key, value in (("young", 2e6), ("poisson", 0.3), ("thickness", 0.05), ("volume_density", 8e-4)):
+            self.assertAlmostEqual(getattr(old, key) / value, 1, delta=1e-6)   # floats
+        new = sheet("new.usda", ("float physxDeformableSurfaceMaterial:youngsModulus", "float omniphysics:youngsModulus = 4e9\n        float physxDeformableSurfaceMaterial:youngsModulus"))
+        self.assertAlmostEqual(new.young / 4e6, 1, delta=1e-6)    # the present schema goes before
+        dense = sheet("dense.usda", ("float physics:density = 0\n", "float physics:density = 0.5\n"))
+        self.assertAlmostEqual(dense.volume_density / 5e-4, 1, delta=1e-6)   # of the mesh, over the material's
+        heavy = sheet("heavy.usda", ("float physics:density = 0\n", "float physics:density = 0.5\n"), ("float physics:mass = 0\n", "float physics:mass = 3\n"))
+        self.assertAlmostEqual(heavy.volume_density * heavy.thickness * 2 / 3e-3, 1, delta=1e-6)   # kg of the whole, over a density
+        thicker = sheet("thicker.usda", ("float physics:mass = 0\n", "float physics:mass = 3\n"), more="thickness")
+        self.assertAlmostEqual(thicker.volume_density * 0.1 * 2 / 3e-3, 1, delta=1e-6)
 
     def test_creases_turn_freely_or_rest_folded(self):
         crease = OLD.replace(" }", ", crease = [{ box = [0.059, -1, -1, 0.061, 1, 1], factor = 0.1, angle_degrees = 60 }, "
