@@ -1017,6 +1017,11 @@ SwStatus sw_model_offers(const struct SwModel *model,
 // The closed-form motion of each mode under a force constant over the step: no numerical damping of
 // its own.
 #define SW_INTEGRATOR_EXACT 2
+// Of second order: of the full shell two implicit stages, which cost twice a step of backward Euler
+// and calm nothing that the step resolves. A step among contacts, on a rest shape that moves, or
+// that lets a stretched shell go is one of backward Euler. Modal methods take SW_INTEGRATOR_EXACT
+// for it; reduced shells are of second order always.
+#define SW_INTEGRATOR_SECOND_ORDER 3
 
 // The state gives the same bits on every processor and platform, on one saved model: its kernels
 // multiply and add in two roundings, and nothing that differs from platform to platform is called.
@@ -1031,7 +1036,8 @@ typedef struct SwStateDesc {
   uint32_t struct_size;
   // SW_METHOD_...; 0 = SW_METHOD_WARP, or SW_METHOD_LMA on a model with SW_PRECOMPUTE_LINEAR.
   uint32_t method;
-  // SW_INTEGRATOR_... of modal methods; 0 = SW_INTEGRATOR_IMPLICIT_EULER.
+  // SW_INTEGRATOR_... of modal methods and SW_METHOD_SHELL_IMPLICIT; 0 =
+  // SW_INTEGRATOR_IMPLICIT_EULER.
   uint32_t integrator;
   // SW_STATE_... or 0.
   uint32_t flags;

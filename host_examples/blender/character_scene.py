@@ -26,8 +26,8 @@ sys.path.insert(0, str(ROOT / "host_examples" / "render"))
 import figure  # noqa: E402 - the body that the command line's pictures have
 
 SCENE = ROOT / "tests" / "scenes" / "character.toml"
-# The legs of the trousers are tubes that are open at the top: a lid closes each, and a seat joins them, in which they turn. Drawn alone.
-LIDS = [figure.ellipsoid(f"thigh_{side}", (8.4 * s, 87.8, -6.6), (7.55, 1.4, 9.5), figure.DENIM) for side, s in (("left", 1), ("right", -1))]
+# The legs of the trousers are tubes that are open at the top: a dome closes each, and a seat joins them, in which they turn. Drawn alone.
+DOMES = [figure.ellipsoid(f"thigh_{side}", (8.4 * s, 87.8, -6.6), (7.55, 5.5, 9.5), figure.DENIM) for side, s in (("left", 1), ("right", -1))]
 SEAT = ("pelvis", numpy.array((0, 83.0, -6.5)), numpy.array((0, 87.0, -6.5)), numpy.array((16.2, 5.5, 11)), figure.DENIM)
 TOUCHED = {"hat": ("head",), "torso": (), "leg_left": ("thigh_left", "shin_left"), "leg_right": ("thigh_right", "shin_right")}  # bones
 CLOTH, FRICTION = 0.2, 0.3  # half a thickness by which shells stay off the body, cm
@@ -85,7 +85,7 @@ def add_body(bones):
     hips = [solid for solid in figure.SOLIDS if solid[-1] == figure.DENIM and (solid[1] == solid[2]).all()]
     for number, solid in enumerate(solid for solid in figure.SOLIDS if all(solid is not hip for hip in hips)):
         found.setdefault(solid[0], []).append(touched(add_solid(f"body_{number}", *solid[1:], *bones[solid[0]])))
-    for number, solid in enumerate([SEAT, *LIDS]):
+    for number, solid in enumerate([SEAT, *DOMES]):
         add_solid(f"trousers_{number}", *solid[1:], *bones[solid[0]])
     return found
 

@@ -130,6 +130,7 @@ void add_run_options(CLI::App &app, Scene &overrides, RunOptions &options) {
   app.add_flag("--linear", options.linear, "The same as --method lma");
   app.add_flag("--static", overrides.is_static, "The equilibrium in place of the motion");
   app.add_flag("--exact", overrides.exact, "Exact propagator in place of implicit Euler");
+  app.add_flag("--second-order", overrides.second_order, "Steps of second order of the full shell; --exact of modes");
   app.add_flag("--double", overrides.double_precision, "Run-time basis in double precision");
   app.add_flag("--plan", options.plan, "After the last frame, what a step uses and leaves out, and at what cost");
   CLI::Option *certify = app.add_flag("--certify", options.certify,
@@ -151,6 +152,8 @@ void apply_overrides(const Scene &overrides, Scene &scene) {
   if (overrides.obj_every) scene.obj_every = overrides.obj_every;
   scene.is_static |= overrides.is_static;
   scene.exact |= overrides.exact;
+  scene.second_order |= overrides.second_order;
+  scene.names_integrator |= overrides.exact || overrides.second_order;
   scene.double_precision |= overrides.double_precision;
 }
 

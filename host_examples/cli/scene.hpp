@@ -171,6 +171,8 @@ struct Scene {
   bool is_static = false;  // the equilibrium instead of the motion
   bool deterministic = false;  // the same bits on every processor
   bool exact = false;      // exact propagator in place of implicit Euler
+  bool second_order = false;  // the same of modes, and two stages of the full shell
+  bool names_integrator = false;
   double frame_rate = 30;  // Hz
   uint32_t steps_per_frame = 1;
   double duration = 5;  // s

@@ -109,7 +109,7 @@ struct Build {
 
 // How the shell moves; a change starts again from the start frame.
 struct Motion {
-  bool implicit_euler = false;  // in place of the exact integrator; damps with the step
+  bool implicit_euler = false;  // in place of the exact integrator, or the full shell's of second order; damps with the step
   double damping_ratio = 0.05;  // of critical, 0 or more
   double damping_mass = 0;      // 1/s, 0 or more: slows whatever moves, swinging or not
   double damping_stiffness = 0;  // s, 0 or more: slows fast swings most

@@ -239,7 +239,7 @@ void ShellRunner::restart(const Request &request) {
   const double clock = model_->clock(request.build.stiffness);
   SwStateDesc desc = shellwarp::state_desc();
   desc.method = request.build.method;
-  desc.integrator = motion.implicit_euler ? SW_INTEGRATOR_IMPLICIT_EULER : SW_INTEGRATOR_EXACT;
+  desc.integrator = motion.implicit_euler ? SW_INTEGRATOR_IMPLICIT_EULER : SW_INTEGRATOR_SECOND_ORDER;  // of modes the exact one
   shellwarp::State state(model_->model(), desc);
   SwDampingDesc slows =
       damping(request.build.method, motion.damping_ratio, motion.damping_mass / clock, motion.damping_stiffness * clock, model_->slowest());

@@ -59,7 +59,7 @@ export class Model extends Handle {
   /** Bytes for `Shellwarp.loadModel`, here or on another machine. */
   save(): Uint8Array;
   /** A new state at rest. A deterministic one has the same bits on every processor, on one saved model. */
-  state(options?: { method?: MethodName; integrator?: 'implicit-euler' | 'exact'; deterministic?: boolean }): State;
+  state(options?: { method?: MethodName; integrator?: 'implicit-euler' | 'exact' | 'second-order'; deterministic?: boolean }): State;
 }
 
 /** A moving shell. */

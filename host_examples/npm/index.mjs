@@ -209,8 +209,8 @@ export class Model extends Handle {
 
   /** A new state at rest, by a method's name. */
   state({ method, integrator = 'implicit-euler', deterministic = false } = {}) {
-    const integrators = { 'implicit-euler': C.SW_INTEGRATOR_IMPLICIT_EULER, exact: C.SW_INTEGRATOR_EXACT };
-    if (!(integrator in integrators)) throw new TypeError(`no integrator ${integrator}: implicit-euler, exact`);
+    const integrators = { 'implicit-euler': C.SW_INTEGRATOR_IMPLICIT_EULER, exact: C.SW_INTEGRATOR_EXACT, 'second-order': C.SW_INTEGRATOR_SECOND_ORDER };
+    if (!(integrator in integrators)) throw new TypeError(`no integrator ${integrator}: implicit-euler, exact, second-order`);
     const { calls } = this;
     const at = calls.made((out) => calls.call('sw_state_create', this.at, calls.struct('SwStateDesc', {
       method: numberOf(calls, method), integrator: integrators[integrator], flags: deterministic ? C.SW_STATE_DETERMINISTIC : 0,

@@ -264,13 +264,14 @@ impl dyn Motion {
     }
 }
 
-/// At rest, undamped. `integrator` is for modal methods. Fails when the model lacks what the method needs.
+/// At rest, undamped. `integrator` is for modal methods and the full shell. Fails when the model lacks what the method needs.
 pub fn build(model: &Model, method: Method, integrator: Integrator) -> Result<Box<dyn Motion>> {
     model.require(method)?;
+    let of_modes = if integrator == Integrator::SecondOrder { Integrator::Exact } else { integrator };
     match method {
-        Method::Warp | Method::VirtualWorkWarp | Method::LinearModalAnalysis => modal::build(model, method, integrator),
-        Method::RotationStrain => strain::build(model, integrator),
-        Method::ImplicitShell | Method::ExplicitShell => nodal::build(model, method),
+        Method::Warp | Method::VirtualWorkWarp | Method::LinearModalAnalysis => modal::build(model, method, of_modes),
+        Method::RotationStrain => strain::build(model, of_modes),
+        Method::ImplicitShell | Method::ExplicitShell => nodal::build(model, method, integrator),
         Method::ReducedShell => reduced::build(model, Form::Sampled),
         Method::PolynomialShell => reduced::build(model, Form::Polynomial),
         Method::AdaptiveShell => reduced::build_adaptive(model),

@@ -1,6 +1,7 @@
 //! Motion vertex by vertex: the nonlinear discrete shell, the baseline that modal methods are measured against.
 
 mod carried;
+mod stages;
 
 use super::plan::{AS_BEFORE, Around, BEFORE_ANY, FORCE_VERTEX, ITERATIONS, Part, PartKind};
 use super::{Acting, Damping, Motion, ROTATION_RANGE, Reaction, WriteRotation, unsupported, write_rotations};
@@ -9,6 +10,7 @@ use crate::features::{Feature, NonlinearShell, Proof};
 use crate::method::Method;
 use crate::modes::supported;
 use crate::reference::{Equilibrium, Rayleigh, Solver, vertex_rotations};
+use crate::step::Integrator;
 use crate::support::Pose;
 use crate::warp::{Extent, Placement};
 use crate::{Error, ErrorKind, Mesh, Model, Result, Shell, Vec3};
@@ -29,6 +31,8 @@ struct Nodal {
     fingerprint: u64,
     solver: Solver,
     explicit: bool,
+    /// Implicit steps have two stages where they can.
+    second_order: bool,
     damping: Rayleigh,
     /// What ξ is multiplied by at each vertex, or none.
     factors: Arc<[f64]>,
@@ -46,10 +50,12 @@ struct Nodal {
     before: [Vec<Vec3>; 2],
     /// Of the step that led from `before` to u; 0 where none did.
     stepped: f64,
+    /// What that step got wrong, where it had two stages.
+    missed: Option<f64>,
 }
 
 /// At rest, undamped. Fails when memory does not suffice for the factorization's analysis.
-pub fn build(model: &Model, method: Method) -> Result<Box<dyn Motion>> {
+pub fn build(model: &Model, method: Method, integrator: Integrator) -> Result<Box<dyn Motion>> {
     let _proof: NonlinearShell = Proof::of(Feature::NonlinearShell)?;
     let zeros = vec![Vec3::zeros(); model.shell.mass.len()];
     Ok(Box::new(Nodal {
@@ -57,6 +63,7 @@ pub fn build(model: &Model, method: Method) -> Result<Box<dyn Motion>> {
         fingerprint: model.fingerprint,
         solver: Solver::new(model.shell.clone())?,
         explicit: method == Method::ExplicitShell,
+        second_order: method == Method::ImplicitShell && integrator == Integrator::SecondOrder,
         damping: Rayleigh::default(),
         factors: Arc::default(),
         constraints: ConstraintSet::default(),
@@ -68,6 +75,7 @@ pub fn build(model: &Model, method: Method) -> Result<Box<dyn Motion>> {
         force: zeros.clone(),
         before: [zeros.clone(), zeros],
         stepped: 0.0,
+        missed: None,
     }))
 }
 
@@ -100,12 +108,19 @@ impl Nodal {
     fn try_step(&mut self, acting: &Acting, h: f64) -> Result<()> {
         self.follow(acting.axes.each)?;
         self.set_force(acting)?;
+        self.solver.share_damping(&self.factors);
+        self.resist(acting.external.drag());
+        self.missed = None;
+        if self.takes_stages(acting)
+            && let Some(stages) = self.stages(acting, h)?
+        {
+            self.missed = Some(stages.missed);
+            return self.end_step((stages.iterations, stages.work), h);
+        }
         self.move_supports(acting, Some(h));
         self.turn_out();
         self.solver.join(self.seen_points(acting.points));
         self.pass_constraints(acting.axes.frame)?;
-        self.solver.share_damping(&self.factors);
-        self.resist(acting.external.drag());
         let Self { solver, explicit, damping, u, velocity, force, .. } = self;
         let iterations = if *explicit {
             solver.symplectic_euler(u, velocity, force, *damping, h)?;
@@ -118,6 +133,11 @@ impl Nodal {
         };
         self.turn_in();
         let work = self.record_outcomes(iterations);
+        self.end_step((iterations, work), h)
+    }
+
+    /// Takes a step down, with the work of constraints.
+    fn end_step(&mut self, (iterations, work): (usize, f64), h: f64) -> Result<()> {
         let finite = (self.constraints.work + work).is_finite() && self.constraints.is_finite();
         if finite && self.is_within_range(&self.u, &self.velocity) {
             self.constraints.accept(work);
@@ -192,6 +212,7 @@ impl Motion for Nodal {
             fingerprint: self.fingerprint,
             solver: Solver::new(self.shell.clone())?,
             explicit: self.explicit,
+            second_order: self.second_order,
             damping: self.damping,
             factors: self.factors.clone(),
             constraints: self.constraints.clone(),
@@ -203,6 +224,7 @@ impl Motion for Nodal {
             force: self.force.clone(),
             before: self.before.clone(),
             stepped: self.stepped,
+            missed: self.missed,
         }))
     }
 
@@ -426,11 +448,14 @@ impl Motion for Nodal {
         (elastic, self.solver.kinetic_energy(&self.velocity))
     }
 
-    /// Both of Euler's methods move by h² ü where h²/2 ü is right, and the velocity has changed by h ü. Beyond the range of numbers it is the
+    /// Two stages tell by themselves. Both of Euler's methods move by h² ü where h²/2 ü is right, and the velocity has changed by h ü. Beyond the range of numbers it is the
     /// largest of them.
     fn step_error(&self) -> f64 {
         if self.stepped == 0.0 {
             return 0.0;
+        }
+        if let Some(missed) = self.missed {
+            return missed;
         }
         let changes: Vec<Vec3> = self.velocity.iter().zip(&self.before[1]).map(|(now, before)| now - before).collect();
         let squares = 2.0 * self.solver.kinetic_energy(&changes);

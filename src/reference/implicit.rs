@@ -46,6 +46,7 @@ impl Solver {
         let report = self.step_implicitly((u, velocity), forces, damping, h);
         self.newton.coasting = false;
         self.again = false;
+        self.keeps_scale = false;
         if !self.sharing {
             self.newton.spare = UNBOUNDED;
         }
@@ -63,6 +64,18 @@ impl Solver {
         self.again = self.ended.len() == self.x.len();
     }
 
+    /// The next step starts from beyond where the last one ended, and ends near there: it is searched for from there, and its residual is relative
+    /// to the last one's forces. Those where it starts are of a shape that is nowhere.
+    pub fn second_stage(&mut self) {
+        self.step_again();
+        self.keeps_scale = self.again;
+    }
+
+    /// Whether steps share their work.
+    pub fn is_sharing(&self) -> bool {
+        self.sharing
+    }
+
     fn step_implicitly(
         &mut self,
         (u, velocity): (&mut [Vec3], &mut [Vec3]),
@@ -74,7 +87,10 @@ impl Solver {
         self.check_fields(&[("u", u), ("velocity", velocity), ("forces", forces)])?;
         self.place(u);
         self.origin.copy_from_slice(&self.x);
-        let scale = self.force_scale(velocity, forces, h);
+        if !self.keeps_scale {
+            self.scale = self.force_scale(velocity, forces, h);
+        }
+        let scale = self.scale;
         let Self { shell, newton, origin, x, constraints, points, damped, drag, again, ended, .. } = &mut *self;
         let step = Some(Step { h, velocity, damping, damped, drag });
         let points = Self::points(points);

@@ -26,7 +26,7 @@ pub use correction::{CORRECTED, Correction, Load, SolverPool};
 pub use equilibrium::{Equilibrium, EquilibriumOptions, EquilibriumProgress};
 pub use free_motion::{FreeMotions, Held};
 pub use implicit::{STEP_SOLVES, StepReport};
-pub use orientation::{Ring, vertex_rotations};
+pub use orientation::{Ring, part_way, vertex_rotations};
 pub use sag::{sagged, settled};
 
 use crate::constraint::Outcome;
@@ -67,6 +67,9 @@ pub struct Solver {
     /// Whether steps share the linear solves of one, and whether the next one is the last one again.
     sharing: bool,
     again: bool,
+    /// The force that the last step's residual is relative to, and whether the next one's is, too.
+    scale: f64,
+    keeps_scale: bool,
     /// Positions where the last implicit step ended (n_vertices), or none.
     ended: Vec<Vec3>,
     /// Positions the call starts from (n_vertices).
@@ -96,6 +99,8 @@ impl Solver {
             constraint_work: 0.0,
             sharing: false,
             again: false,
+            scale: 0.0,
+            keeps_scale: false,
             ended: vec![],
             origin,
             x,

@@ -107,7 +107,7 @@ fn external<'a>(loads: &'a Loads, scratch: &'a LoadScratch, model: &Model, axes:
 }
 
 impl State {
-    /// At rest, without loads, undamped, the frame at the world's origin. `integrator` is for modal methods. Fails when
+    /// At rest, without loads, undamped, the frame at the world's origin. `integrator` is for modal methods and the full shell. Fails when
     /// memory does not suffice for a nonlinear shell's factorization.
     pub fn new(model: Arc<Model>, method: Method, integrator: Integrator) -> Result<Self> {
         model.require_arithmetic(method)?;

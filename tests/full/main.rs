@@ -15,5 +15,6 @@ mod comparison;
 mod correction;
 mod mixed;
 mod reference;
+mod second_order;
 mod step_error;
 mod wind;

@@ -20,7 +20,8 @@ from .method import DEFAULT, methods
 if TYPE_CHECKING:
     from .model import Model
 
-INTEGRATORS = {"implicit-euler": _abi.SW_INTEGRATOR_IMPLICIT_EULER, "exact": _abi.SW_INTEGRATOR_EXACT}
+INTEGRATORS = {"implicit-euler": _abi.SW_INTEGRATOR_IMPLICIT_EULER, "exact": _abi.SW_INTEGRATOR_EXACT,
+               "second-order": _abi.SW_INTEGRATOR_SECOND_ORDER}
 SPACES = {"world": _abi.SW_SPACE_WORLD, "frame": _abi.SW_SPACE_FRAME}
 KINDS = {"position": _abi.SW_CONSTRAINT_POSITION, "orientation": _abi.SW_CONSTRAINT_ORIENTATION}
 AXES = {"x": _abi.SW_AXIS_X, "y": _abi.SW_AXIS_Y, "z": _abi.SW_AXIS_Z}

@@ -172,7 +172,7 @@ impl ModalConstraints {
             let change = q[k] - self.work.q_free[k];
             q_dot[k] += match step.integrator {
                 Integrator::ImplicitEuler => change / step.h,
-                Integrator::Exact => change * self.work.rate[k],
+                Integrator::Exact | Integrator::SecondOrder => change * self.work.rate[k],
             };
             work_done += change / self.work.gamma[k] * (q[k] - q_before[k]);
         }

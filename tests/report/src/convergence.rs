@@ -30,8 +30,8 @@ pub fn steps(scene: &Scene, library: &Library, cache: &Cache, effort: Effort) ->
         let steps: &[f64] = match (method.key, effort) {
             ("shell_explicit", Effort::Full) => &[500.0, 1000.0, 2000.0, 8000.0],
             ("shell_explicit", _) => continue,
-            ("shell_implicit", Effort::Full) => &[1.0, 2.0, 4.0, 8.0, 64.0],
-            ("shell_implicit", _) => &[1.0, 2.0, 8.0],
+            ("shell_implicit" | "shell_second", Effort::Full) => &[1.0, 2.0, 4.0, 8.0, 64.0],
+            ("shell_implicit" | "shell_second", _) => &[1.0, 2.0, 8.0],
             _ if method.family == Family::Reduced => &[1.0, 2.0, 4.0, 8.0, 64.0],
             _ => &[1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 1024.0],
         };

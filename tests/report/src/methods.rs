@@ -180,6 +180,16 @@ pub const METHODS: &[Method] = &[
         marker: Marker::Triangle,
     },
     Method {
+        key: "shell_second",
+        label: "full shell, SDIRK2",
+        family: Family::Shell,
+        method: SW_METHOD_SHELL_IMPLICIT,
+        integrator: SW_INTEGRATOR_SECOND_ORDER,
+        fields: 0,
+        colour: GREEN,
+        marker: Marker::Ring,
+    },
+    Method {
         key: "shell_explicit",
         label: "full shell, explicit Euler",
         family: Family::Shell,

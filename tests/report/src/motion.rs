@@ -80,13 +80,15 @@ pub fn settings(scene: &Scene, effort: Effort) -> Vec<Setting> {
     for method in METHODS.iter().filter(|m| m.family == Family::Reduced) {
         all.extend(steps.iter().filter(|k| (1.0..=4.0).contains(*k)).map(|&k| setting(method, modes, k)));
     }
-    let [implicit, explicit] = ["shell_implicit", "shell_explicit"].map(method);
+    let [implicit, second, explicit] = ["shell_implicit", "shell_second", "shell_explicit"].map(method);
     let implicit_steps: &[f64] = match scene.reference {
         Reference::Extrapolated => &[1.0, 2.0, 4.0],
         _ if full => &[0.5, 1.0, 2.0, 4.0, 8.0, 16.0],
         _ => steps,
     };
     all.extend(implicit_steps.iter().map(|&k| setting(implicit, 1, k)));
+    let few = if matches!(scene.reference, Reference::Extrapolated) { 1.0 } else { 4.0 }; // minutes a run
+    all.extend(implicit_steps.iter().filter(|k| **k <= few).map(|&k| setting(second, 1, k)));
     if let Reference::Explicit { steps, check } = scene.reference {
         let mut counts = vec![steps];
         if full {
