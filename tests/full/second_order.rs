@@ -194,8 +194,11 @@ fn two_stages_tell_what_a_step_gets_wrong() {
 
 fn mass_norm(a: &State, b: &State) -> f64 {
     let shell = &a.model().shell;
-    let squares =
-        displacements(a).into_iter().zip(displacements(b)).zip(&shell.mass).map(|((a, b), m)| m * (a - b).norm_squared());
+    let squares = displacements(a)
+        .into_iter()
+        .zip(displacements(b))
+        .zip(&shell.mass)
+        .map(|((a, b), m)| m * (a - b).norm_squared());
     (squares.sum::<f64>() / shell.total_mass).sqrt()
 }
 

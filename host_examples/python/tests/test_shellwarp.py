@@ -121,6 +121,20 @@ class Sheets(unittest.TestCase):
         # 30 squares along the beam, whose diagonals all lean one way: docs/evidence/koiter.md has -0.4 % at 16
         self.assertLess(abs(made.frequencies()[0] / beam - 1), 4e-3)
 
+    def test_steps_of_second_order_are_nearer_to_short_ones(self):
+        made = model()
+
+        def fall(integrator, steps):
+            state = made.state("shell-implicit", integrator)
+            state.set_gravity(strip.GRAVITY)
+            for _ in range(6 * steps):
+                state.step(1 / 30 / steps)
+            return state.positions()
+
+        short = fall("second-order", 8)
+        off = {integrator: numpy.abs(fall(integrator, 1) - short).max() for integrator in ("implicit-euler", "second-order")}
+        self.assertLess(off["second-order"], 0.3 * off["implicit-euler"])
+
     def test_maps_of_equal_values_are_the_constant_and_others_are_not(self):
         def slowest(maps):
             return model(material=sw.Sheet(**self.CARD), fixed=(), clamped=range(4), maps=maps).frequencies()[0]

@@ -191,7 +191,7 @@ impl Nodal {
         let moved = self.shell.free.iter().map(|v| *v as usize);
         let loads: f64 = moved.map(|v| self.force[v].dot(&(self.u[v] - self.before[0][v]))).sum();
         let room = at_start.abs() + loads.abs() + work.abs();
-        // Not a number is a gain, too.
-        !(at_end - at_start - loads - work <= GAIN * room)
+        let gained = at_end - at_start - loads - work;
+        gained.is_nan() || gained > GAIN * room
     }
 }
