@@ -304,14 +304,14 @@ typedef struct {
 } Fallen;
 
 /* Strips over a ball each, at eight heights, with friction. */
-static Fallen fallen(const SwModel *model) {
+static Fallen fallen(const SwModel *model, uint32_t method) {
   Fallen crowd;
   for (int i = 0; i < CROWD; ++i) {
     const double gravity[3] = {0, 0.3 * i, -9.8};
     SwColliderDesc desc;
     SwColliderPoseDesc pose;
     SwCollider *collider = NULL;
-    crowd.states[i] = new_state(model, SW_METHOD_WARP, SW_INTEGRATOR_EXACT);
+    crowd.states[i] = new_state(model, method, SW_INTEGRATOR_EXACT);
     OK(sw_state_set_gravity(crowd.states[i], gravity));
     sw_collider_desc_init(&desc);
     desc.kind = SW_COLLIDER_SPHERE;
@@ -339,49 +339,123 @@ static int same_bits(const SwState *a, const SwState *b) {
   return memcmp(x, y, sizeof x) == 0;
 }
 
+/* A strip with what every method needs. */
+static SwModel *strip_of_every_method(void) {
+  const Strip strip = make_strip();
+  SwModel *model = strip_model(&strip);
+  SwPrecomputeDesc desc;
+  sw_precompute_desc_init(&desc);
+  desc.modes = 8;
+  desc.precision = SW_PRECISION_F64;
+  desc.reduced_fields = 4;
+  desc.reduced_flags = SW_REDUCED_UNTRAINED;
+  OK(sw_model_precompute(model, &desc));
+  return model;
+}
+
+/* Goes on from what was saved, into states that know the same colliders. */
+static void resume(Fallen *crowd, const SwModel *model, uint32_t method) {
+  Fallen resumed = fallen(model, method);
+  for (int i = 0; i < CROWD; ++i) {
+    uint64_t size = 0;
+    OK(sw_state_save(crowd->states[i], NULL, 0, &size));
+    void *bytes = malloc((size_t)size);
+    OK(sw_state_save(crowd->states[i], bytes, size, &size));
+    OK(sw_state_load(resumed.states[i], bytes, size));
+    free(bytes);
+  }
+  destroy_fallen(crowd);
+  *crowd = resumed;
+}
+
 static void many_states_among_colliders_step_to_the_same_bits_on_any_threads_and_when_resumed(void) {
+  static const uint32_t methods[] = {SW_METHOD_WARP,          SW_METHOD_WARP_VIRTUAL_WORK, SW_METHOD_LMA,
+                                     SW_METHOD_ROTATION_STRAIN, SW_METHOD_REDUCED_SHELL,   SW_METHOD_POLYNOMIAL_SHELL};
+  SwModel *model = strip_of_every_method();
+  for (size_t m = 0; m < sizeof methods / sizeof *methods; ++m) {
+    Fallen alone = fallen(model, methods[m]);
+    uint32_t touching = 0;
+    for (int k = 0; k < CROWD_STEPS; ++k)
+      for (int i = 0; i < CROWD; ++i) OK(sw_state_step(alone.states[i], 1.0 / 60));
+    for (int i = 0; i < CROWD; ++i) {
+      uint32_t count = 0;
+      OK(sw_state_contacts(alone.states[i], NULL, sizeof(SwContact), 0, &count));
+      touching += count > 0;
+    }
+    CHECK(touching >= 4);
+    for (uint32_t threads = 1; threads <= 4; threads *= 2) {
+      Fallen crowd = fallen(model, methods[m]);
+      OK(sw_set_threads(threads));
+      for (int k = 0; k < CROWD_STEPS; ++k) {
+        if (k == CROWD_STEPS / 2) resume(&crowd, model, methods[m]);
+        OK(sw_states_step(crowd.states, CROWD, 1.0 / 60, NULL));
+      }
+      for (int i = 0; i < CROWD; ++i) CHECK(same_bits(crowd.states[i], alone.states[i]));
+      destroy_fallen(&crowd);
+    }
+    OK(sw_set_threads(0));
+    destroy_fallen(&alone);
+  }
+  sw_model_destroy(model);
+}
+
+enum { MANY = 5000 };
+
+/* Balls on a grid below and in the strip, most of which stand still. */
+static SwState *among_many(const SwModel *model, const SwCollider *ball) {
+  static const SwCollider *list[MANY];
+  SwState *state = new_state(model, SW_METHOD_WARP, SW_INTEGRATOR_EXACT);
+  SwColliderPoseDesc pose;
+  for (int i = 0; i < MANY; ++i) list[i] = ball;
+  OK(sw_state_set_gravity(state, GRAVITY));
+  OK(sw_state_set_colliders(state, list, MANY));
+  sw_collider_pose_desc_init(&pose);
+  for (int i = 0; i < MANY; ++i) {
+    pose.origin[0] = 0.1 * (i % 50);
+    pose.origin[1] = 0.1 * (i / 50 % 10) - 0.45;
+    pose.origin[2] = -0.1 * (i / 500); /* those of the first layer are cut by the strip at rest */
+    OK(sw_state_move_collider(state, (uint32_t)i, &pose));
+  }
+  return state;
+}
+
+static void thousands_of_colliders_step_to_the_same_bits_and_one_that_is_wrong_is_named(void) {
   const Strip strip = make_strip();
   SwModel *model = strip_model(&strip);
   precompute(model, 8, SW_PRECISION_F64);
-  Fallen alone = fallen(model);
-  uint32_t touching = 0;
-  for (int k = 0; k < CROWD_STEPS; ++k)
-    for (int i = 0; i < CROWD; ++i) OK(sw_state_step(alone.states[i], 1.0 / 60));
-  for (int i = 0; i < CROWD; ++i) {
-    uint32_t count = 0;
-    OK(sw_state_contacts(alone.states[i], NULL, sizeof(SwContact), 0, &count));
-    touching += count > 0;
-  }
-  CHECK(touching >= 4);
-  for (uint32_t threads = 1; threads <= 4; threads *= 2) {
-    Fallen crowd = fallen(model);
-    OK(sw_set_threads(threads));
-    for (int k = 0; k < CROWD_STEPS; ++k) {
-      if (k == CROWD_STEPS / 2) { /* into states that know the same colliders */
-        Fallen resumed = fallen(model);
-        for (int i = 0; i < CROWD; ++i) {
-          uint64_t size = 0;
-          OK(sw_state_save(crowd.states[i], NULL, 0, &size));
-          void *bytes = malloc((size_t)size);
-          OK(sw_state_save(crowd.states[i], bytes, size, &size));
-          OK(sw_state_load(resumed.states[i], bytes, size));
-          free(bytes);
-        }
-        destroy_fallen(&crowd);
-        crowd = resumed;
-      }
-      OK(sw_states_step(crowd.states, CROWD, 1.0 / 60, NULL));
-    }
-    for (int i = 0; i < CROWD; ++i) CHECK(same_bits(crowd.states[i], alone.states[i]));
-    destroy_fallen(&crowd);
-  }
-  OK(sw_set_threads(0));
-  destroy_fallen(&alone);
+  SwColliderDesc desc;
+  SwColliderPoseDesc pose;
+  SwCollider *ball = NULL;
+  sw_collider_desc_init(&desc);
+  desc.kind = SW_COLLIDER_SPHERE;
+  desc.radius = 0.03;
+  desc.friction = 0.4;
+  OK(sw_collider_create(&desc, &ball));
+  SwState *states[2] = {among_many(model, ball), among_many(model, ball)};
+  static const SwCollider *list[MANY];
+  static double x[3 * STRIP_VERTICES];
+  uint32_t count = 0;
+  for (int i = 0; i < MANY; ++i) list[i] = i == 3141 ? NULL : ball;
+  FAILS(sw_state_set_colliders(states[0], list, MANY), SW_ERROR_INVALID_ARGUMENT, "colliders[3141] is NULL");
+  sw_collider_pose_desc_init(&pose);
+  FAILS(sw_state_move_collider(states[0], MANY, &pose), SW_ERROR_INVALID_ARGUMENT, "collider 5000 of 5000");
+  pose.origin[2] = NAN;
+  FAILS(sw_state_move_collider(states[0], 4999, &pose), SW_ERROR_INVALID_ARGUMENT, "origin[2] is NaN");
+  /* The first goes on as if nothing had been asked of it. */
+  for (int k = 0; k < 10; ++k) OK(sw_states_step(states, 2, 1.0 / 60, NULL));
+  CHECK(same_bits(states[0], states[1]));
+  OK(sw_state_contacts(states[0], NULL, sizeof(SwContact), 0, &count));
+  CHECK(count > 0);
+  OK(sw_state_positions(states[0], SW_SPACE_WORLD, SW_FORMAT_F64, x, 0, STRIP_VERTICES));
+  for (int i = 0; i < 3 * STRIP_VERTICES; ++i) CHECK(fabs(x[i]) < 3 * STRIP_LENGTH); /* NaN is not */
+  for (int i = 0; i < 2; ++i) sw_state_destroy(states[i]);
+  sw_collider_destroy(ball);
   sw_model_destroy(model);
 }
 
 int main(void) {
   RUN(many_states_among_colliders_step_to_the_same_bits_on_any_threads_and_when_resumed);
+  RUN(thousands_of_colliders_step_to_the_same_bits_and_one_that_is_wrong_is_named);
   RUN(a_deforming_mesh_lifts_the_strip_and_the_push_out_leaves_nothing_inside);
   RUN(a_strip_lies_with_its_weight_on_a_plane_and_on_a_box);
   RUN(a_closed_mesh_and_its_hull_carry_as_the_box_that_they_are);

@@ -17,5 +17,6 @@ mod contact;
 mod contact_deforming;
 mod contact_fast;
 mod contact_held;
+mod contact_many;
 mod contact_near;
 mod contact_theory;
