@@ -311,12 +311,26 @@ impl Patch {
         gradients
     }
 
+    /// ∂²θ at the edges; 0 at a free one.
+    fn curvatures(&self, bends: &[Bend; 3]) -> [[Mat3; 16]; 3] {
+        std::array::from_fn(|k| match self.edges[k] {
+            Some(_) => angle_curvature(&bends[k].corners),
+            None => [Mat3::zeros(); 16],
+        })
+    }
+
     /// blocks += Σ m ∂²θ over the edges, of moments m.
-    fn add_curvature(&self, bends: &[Bend; 3], moments: &Vector3<f64>, blocks: &mut [Mat3]) {
+    fn add_curvature(
+        &self,
+        bends: &[Bend; 3],
+        curvatures: &[[Mat3; 16]; 3],
+        moments: &Vector3<f64>,
+        blocks: &mut [Mat3],
+    ) {
         for (k, (edge, bend)) in self.edges.iter().zip(bends).enumerate() {
             let Some(edge) = edge else { continue };
             let moment = moments[k] * bend.share;
-            for (ij, block) in angle_curvature(&bend.corners).iter().enumerate() {
+            for (ij, block) in curvatures[k].iter().enumerate() {
                 let (i, j) = (edge.places[ij / 4], edge.places[ij % 4]);
                 if i != CLAMP && j != CLAMP {
                     blocks[i as usize * self.size + j as usize] += moment * block;
@@ -331,7 +345,7 @@ impl Patch {
         let blocks = &mut blocks[..self.size * self.size];
         if let Some(stress) = stress {
             let moments: Vector3<f64> = self.rows().iter().zip(stress).map(|(row, stress)| stress * row).sum();
-            self.add_curvature(bends, &moments, blocks);
+            self.add_curvature(bends, &self.curvatures(bends), &moments, blocks);
         }
         for gradient in &self.gradients(bends)[..self.kept] {
             for (ij, block) in blocks.iter_mut().enumerate() {
@@ -403,11 +417,12 @@ impl Energy for BendingEnergy {
         let mut stress = stress.iter();
         for patch in &self.patches {
             let bends = patch.bends(x);
+            let curvatures = (curvature == Curvature::Exact).then(|| patch.curvatures(&bends));
             for (row, stress) in patch.rows().iter().zip(&mut stress) {
                 let mut blocks = [Mat3::zeros(); MOST * MOST];
                 let blocks = &mut blocks[..patch.size * patch.size];
-                if curvature == Curvature::Exact {
-                    patch.add_curvature(&bends, &(*stress * row), blocks);
+                if let Some(curvatures) = &curvatures {
+                    patch.add_curvature(&bends, curvatures, &(*stress * row), blocks);
                 }
                 visit((patch.vertices(), blocks));
             }

@@ -39,7 +39,9 @@ pub struct ReducedEnergy {
     rows: Vec<f64>,
     /// Vertices of each element.
     elements: Vec<([u32; MAX_ELEMENT], usize)>,
-    n_blocks: usize,
+    /// Those of elements that follow each other on the same vertices, as of a triangle, once; and of each element, where its group's blocks are.
+    groups: Vec<([u32; MAX_ELEMENT], usize)>,
+    places: Vec<usize>,
     /// How many of them, the first, are the membrane's.
     membrane: usize,
     /// √w S at these, a row of `n_stresses` each (a multiple of [`products::WIDTH`]; none: the plain energy).
@@ -75,6 +77,7 @@ pub struct Room {
     resultants: Vec<f64>,
     gradient: Vec<Vec3>,
     sum: Vec<f64>,
+    /// Of each group.
     blocks: Vec<Mat3>,
     /// Bᵀb of the elements' rows b (elements × stride), and ∂(Sᵀε)/∂q (stresses × stride).
     lines: Vec<f64>,
@@ -100,7 +103,7 @@ impl ReducedEnergy {
     /// On the elements with a weight other than 0 (in the order of the shell's rest rows); `fields` are the columns of B.
     pub fn new(shell: &Shell, fields: &[Vec<Vec3>], weights: &[f64]) -> Self {
         let mut index = vec![u32::MAX; shell.mass.len()];
-        let (mut touched, mut elements, mut n_blocks) = (vec![], vec![], 0);
+        let (mut touched, mut elements) = (vec![], vec![]);
         let mut weight = weights.iter();
         shell.energy.visit_rest_rows(&mut |(vertices, _)| {
             if weight.next().is_none_or(|w| *w == 0.0) {
@@ -114,7 +117,6 @@ impl ReducedEnergy {
                 }
                 *slot = index[v as usize];
             }
-            n_blocks += vertices.len() * vertices.len();
             elements.push((own, vertices.len()));
         });
         let membrane = weights[..shell.energy.n_membrane()].iter().filter(|w| **w != 0.0).count();
@@ -126,12 +128,14 @@ impl ReducedEnergy {
         {
             row.iter_mut().zip(fields).for_each(|(x, field)| *x = field[v][c]);
         }
+        let (groups, places) = grouped(&elements);
         Self {
             energy: shell.energy.sampled(weights, &index),
             rest: touched.iter().map(|&v| shell.mesh.positions[v]).collect(),
             rows,
             elements,
-            n_blocks,
+            groups,
+            places,
             membrane,
             stresses: vec![],
             n_stresses: 0,
@@ -176,8 +180,9 @@ impl ReducedEnergy {
         let energy: Box<dyn Energy> = Box::new(self.energy.yielding()?.clone());
         let (rest, rows, elements, stresses) =
             (self.rest.clone(), self.rows.clone(), self.elements.clone(), self.stresses.clone());
+        let (groups, places) = (self.groups.clone(), self.places.clone());
         let (correction, missing, pull) = (self.correction.clone(), self.missing.clone(), self.pull.clone());
-        Some(Self { energy, rest, rows, elements, stresses, correction, missing, pull, ..*self })
+        Some(Self { energy, rest, rows, elements, groups, places, stresses, correction, missing, pull, ..*self })
     }
 
     /// Whether its elements are under stress at q = 0.
@@ -301,7 +306,7 @@ impl ReducedEnergy {
     /// fields, and of strains along stress fields.
     pub fn operations(&self) -> [f64; 5] {
         let (stride, stresses) = (self.stride as f64, self.n_stresses as f64);
-        let blocks: usize = self.elements.iter().map(|(_, k)| 9 * k * k).sum();
+        let blocks: usize = self.groups.iter().map(|(_, k)| 9 * k * k).sum();
         let squares = (self.rows.len() as f64 / stride + stresses) * stride * stride / 2.0;
         let along = self.membrane as f64 * stresses * stride;
         [self.elements.len() as f64, self.rows.len() as f64, blocks as f64 * stride, squares, along]
@@ -326,7 +331,7 @@ impl ReducedEnergy {
             resultants: vec![0.0; self.n_stresses],
             gradient: zeros,
             sum: vec![0.0; self.stride],
-            blocks: vec![Mat3::zeros(); self.n_blocks],
+            blocks: vec![Mat3::zeros(); self.groups.iter().map(|(_, k)| k * k).sum()],
             lines: vec![0.0; self.elements.len() * self.stride],
             coupling: vec![0.0; self.n_stresses * self.stride],
             product: vec![0.0; self.rows.len()],
@@ -366,19 +371,21 @@ impl ReducedEnergy {
         let room = scratch.sampled();
         self.place(q, room);
         let Room { x, blocks, strain_rows, stress, product, square, lines, coupling, .. } = room;
-        let (mut at, mut e) = (0, 0);
+        let (mut e, mut before) = (0, None);
         let own = self.membrane_share;
         self.energy.visit_stress_hessian(x, stress, curvature, &mut |(vertices, element)| {
             let (k, row) = (vertices.len(), &strain_rows[e]);
             let share = if e < self.membrane { own } else { 1.0 };
-            for (ij, block) in element.iter().enumerate() {
-                blocks[at + ij] = block + share * row[ij / k] * row[ij % k].transpose();
+            let at = self.places[e];
+            let first = before != Some(at);
+            for (ij, (sum, block)) in blocks[at..at + element.len()].iter_mut().zip(element).enumerate() {
+                let own = block + share * row[ij / k] * row[ij % k].transpose();
+                *sum = if first { own } else { *sum + own };
             }
-            at += element.len();
-            e += 1;
+            (e, before) = (e + 1, Some(at));
         });
         square.fill(0.0);
-        let Self { rows, stride, elements, .. } = self;
+        let Self { rows, stride, groups: elements, .. } = self;
         self.arch.dispatch(products::Multiply { rows, stride: *stride, elements, blocks, out: product });
         self.arch.dispatch(products::AddProducts {
             left: (rows, *stride),
@@ -501,6 +508,19 @@ impl ReducedEnergy {
         self.resist(strain, &mut stress, &mut resultants);
         stress
     }
+}
+
+/// Runs of elements on the same vertices, and where the blocks of each element's run begin.
+fn grouped(elements: &[([u32; MAX_ELEMENT], usize)]) -> (Vec<([u32; MAX_ELEMENT], usize)>, Vec<usize>) {
+    let (mut groups, mut places, mut at, mut end) = (vec![], vec![], 0, 0);
+    for element in elements {
+        if groups.last() != Some(element) {
+            groups.push(*element);
+            (at, end) = (end, end + element.1 * element.1);
+        }
+        places.push(at);
+    }
+    (groups, places)
 }
 
 /// (Dq)_k.

@@ -12,12 +12,13 @@
 //! Of a shell that is under stress at rest, forces and strains count by what they differ from those at rest, and its stiffness by differences
 //! of forces, since stress is a part of it.
 
+mod nonnegative;
+
 use super::energy::ReducedEnergy;
 use crate::{Error, ErrorKind, Result, Shell, Vec3};
-use faer::linalg::solvers::Solve;
-use faer::{Col, ColRef, Mat, Side};
+use faer::Mat;
 use nalgebra::{Cholesky, DMatrix, DVector};
-use std::cmp::Ordering;
+use nonnegative::nonnegative;
 
 /// Entries of the system at most: of the elements of a large mesh, an even choice is looked at. All of them have an exact solution, the
 /// weights 1; two thirds of the hat's 8,920 leave 15 % at least.
@@ -26,11 +27,6 @@ const ENTRIES: usize = 80_000_000;
 const PROBES: usize = 12;
 /// How much more the rest stiffness of a mode, or of what the weight does to first order, counts than a pose.
 const MODE: f64 = 5.0;
-/// Elements whose forces are smaller than this part of the mean are left out: those of elements that are held all around are rounding,
-/// which a weight makes into noise that no search gets through.
-const LEAST_FORCE: f64 = 1e-3;
-/// Elements taken up at once, as a part of those wanted.
-const BATCH: f64 = 0.03;
 /// Of the shell's width, how far differences move it: their error is about the square of what that turns, rounding 1e-16 over it.
 const STEP: f64 = 1e-6;
 
@@ -230,124 +226,6 @@ impl Random {
     pub fn next(&mut self) -> f64 {
         self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
         (self.0 >> 11) as f64 / (1u64 << 52) as f64 - 1.0
-    }
-}
-
-/// min |Ax − b| over x ≥ 0 with at most `wanted` nonzero entries, or until `suffices` of the residual b − Ax and the share of the work
-/// done; returns x and the residual.
-fn nonnegative(
-    a: &Mat<f64>,
-    b: &DVector<f64>,
-    wanted: usize,
-    mut suffices: impl FnMut(&DVector<f64>, f64) -> Result<bool>,
-) -> Result<(Vec<f64>, DVector<f64>)> {
-    let mut set = ActiveSet::new(a, b);
-    let mut residual = b.clone();
-    let batch = ((BATCH * wanted as f64) as usize).max(1);
-    while !suffices(&residual, set.active.len() as f64 / wanted as f64)? && set.active.len() < wanted {
-        let best = set.best(&residual, 1e-12 * b.norm(), batch.min(wanted - set.active.len()));
-        if best.is_empty() {
-            break;
-        }
-        set.add(&best);
-        set.solve();
-        let before = residual.norm();
-        residual = set.residual(b);
-        if residual.norm() > before * (1.0 - 1e-9) {
-            best.iter().for_each(|&j| set.barred[j] = true); // thrown out as soon as taken in
-        }
-    }
-    Ok((set.x, residual))
-}
-
-/// x ≥ 0, and the columns along which it may be positive.
-struct ActiveSet<'a> {
-    a: &'a Mat<f64>,
-    norms: Vec<f64>,
-    /// Aᵀb.
-    right: Col<f64>,
-    x: Vec<f64>,
-    active: Vec<usize>,
-    /// Of the active columns.
-    gram: Mat<f64>,
-    /// Columns that are never taken in.
-    barred: Vec<bool>,
-}
-
-impl<'a> ActiveSet<'a> {
-    /// None active.
-    fn new(a: &'a Mat<f64>, b: &DVector<f64>) -> Self {
-        let n = a.ncols();
-        let norms: Vec<f64> = (0..n).map(|j| a.col(j).norm_l2()).collect();
-        let least = LEAST_FORCE * norms.iter().sum::<f64>() / n as f64;
-        let barred = norms.iter().map(|norm| *norm <= least).collect();
-        let right = a.transpose() * ColRef::from_slice(b.as_slice());
-        Self { a, norms, right, x: vec![0.0; n], active: vec![], gram: Mat::zeros(0, 0), barred }
-    }
-
-    /// Columns along which the residual falls fastest, by more than `least`, at most so many.
-    fn best(&self, residual: &DVector<f64>, least: f64, most: usize) -> Vec<usize> {
-        let slopes = self.a.transpose() * ColRef::from_slice(residual.as_slice());
-        let mut gains: Vec<(f64, usize)> = (0..self.x.len())
-            .filter(|&j| self.x[j] == 0.0 && !self.barred[j])
-            .map(|j| (slopes[j] / self.norms[j], j))
-            .filter(|(gain, _)| *gain > least)
-            .collect();
-        gains.sort_by(|p, q| q.0.total_cmp(&p.0).then(p.1.cmp(&q.1)));
-        gains.into_iter().take(most).map(|(_, j)| j).collect()
-    }
-
-    fn columns(&self, list: &[usize]) -> Mat<f64> {
-        let mut taken = Mat::zeros(self.a.nrows(), list.len());
-        list.iter().enumerate().for_each(|(k, &j)| taken.col_mut(k).copy_from(self.a.col(j)));
-        taken
-    }
-
-    /// Takes columns in.
-    fn add(&mut self, list: &[usize]) {
-        let old = self.active.len();
-        self.active.extend(list);
-        let count = self.active.len();
-        let products = self.columns(&self.active).transpose() * self.columns(list);
-        self.gram.resize_with(count, count, |i, k| match i.cmp(&k) {
-            Ordering::Equal => products[(i, i - old)] * (1.0 + 1e-12),
-            Ordering::Greater => products[(k, i - old)],
-            Ordering::Less => products[(i, k - old)],
-        });
-    }
-
-    /// Moves x to the least squares over the active columns; columns whose entry reaches 0 on the way are thrown out.
-    fn solve(&mut self) {
-        while let Ok(factor) = self.gram.llt(Side::Lower) {
-            let z = factor.solve(Col::from_fn(self.active.len(), |i| self.right[self.active[i]]));
-            if z.iter().all(|z| *z > 0.0) {
-                self.active.iter().zip(z.iter()).for_each(|(&j, z)| self.x[j] = *z);
-                return;
-            }
-            self.approach(&z);
-        }
-    }
-
-    /// Moves x towards `z` as far as it stays nonnegative, and throws out columns whose entry is 0 there.
-    fn approach(&mut self, z: &Col<f64>) {
-        let Self { norms, x, active, gram, .. } = self;
-        let mut alpha = 1.0f64;
-        for (i, &j) in active.iter().enumerate().filter(|(i, _)| z[*i] <= 0.0) {
-            alpha = alpha.min(x[j] / (x[j] - z[i]));
-        }
-        active.iter().zip(z.iter()).for_each(|(&j, z)| x[j] += alpha * (z - x[j]));
-        let largest = active.iter().map(|&j| x[j] * norms[j]).fold(0.0, f64::max);
-        let stays = |i: &usize| !(z[*i] <= 0.0 && x[active[*i]] * norms[active[*i]] <= 1e-12 * largest);
-        let (left, out): (Vec<usize>, Vec<usize>) = (0..active.len()).partition(stays);
-        out.iter().for_each(|&i| x[active[i]] = 0.0);
-        *gram = Mat::from_fn(left.len(), left.len(), |i, j| gram[(left[i], left[j])]);
-        *active = left.iter().map(|&i| active[i]).collect();
-    }
-
-    /// b − Ax.
-    fn residual(&self, b: &DVector<f64>) -> DVector<f64> {
-        let taken = self.columns(&self.active) * Col::from_fn(self.active.len(), |k| self.x[self.active[k]]);
-        DVector::from_fn(b.len(), |i, _| b[i] - taken[i])
     }
 }
 

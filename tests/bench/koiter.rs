@@ -2,7 +2,7 @@
 //!
 //!     cargo run --release --example koiter > docs/evidence/koiter.md
 //!
-//! With `--step` only what a step costs.
+//! With `--step` only what a step costs, with `--training` only what a precompute with a reduced shell does.
 
 #[path = "../common/mod.rs"]
 mod common;
@@ -204,6 +204,9 @@ fn paper_of_beam(cell: f64, sheet: &ElasticSheet) -> Material {
 fn main() {
     if std::env::args().nth(1).as_deref() == Some("--step") {
         return sheets::cost_of_a_step();
+    }
+    if std::env::args().nth(1).as_deref() == Some("--training") {
+        return sheets::cost_of_training();
     }
     println!("# Koiter's energy on four kinds of meshes\n");
     println!(
