@@ -1,7 +1,7 @@
 //! How amplitudes place single points, and the derivative of that.
 
 use super::constraints::VertexMap;
-use super::square::{self, add_three, dot, padded};
+use super::square::{self, Line, lines, lines_mut, padded, plus_three, sum};
 use crate::Vec3;
 use crate::point_energy::Point;
 use crate::warp::{Basis, Entry, warp, warp_with_derivative};
@@ -185,10 +185,14 @@ impl WithSimd for Move<'_> {
     fn with_simd<S: Simd>(self, _: S) {
         let Self { strides: [stride, own], rows, by_linear, by_w, jacobian } = self;
         let (phi, psi) = rows.split_at(3 * own);
-        let (phi, psi) = (square::rows(phi, own), square::rows(psi, own));
+        let [x, y, z] = square::rows(phi, own).map(lines);
+        let [u, v, w] = square::rows(psi, own).map(lines);
         for (axis, out) in jacobian.chunks_exact_mut(stride).enumerate() {
-            add_three(out, by_linear[axis], phi);
-            add_three(out, by_w[axis], psi);
+            let ways = x.iter().zip(y).zip(z).zip(u).zip(v).zip(w);
+            for (out, (((((x, y), z), u), v), w)) in lines_mut(out).iter_mut().zip(ways) {
+                let moved = plus_three(*out, by_linear[axis], *x, *y, *z);
+                *out = plus_three(moved, by_w[axis], *u, *v, *w);
+            }
         }
     }
 }
@@ -206,12 +210,20 @@ impl WithSimd for Combine<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
         let Self { shapes, p, sums } = self;
-        for rows in shapes.rows.chunks_exact(6 * shapes.stride) {
-            let mut sum = [0.0; 6];
-            for (sum, row) in sum.iter_mut().zip(rows.chunks_exact(shapes.stride)) {
-                *sum = dot(row, p);
+        let (p, p_rest) = p.as_chunks::<{ square::LINE }>();
+        let n = shapes.stride / square::LINE;
+        for rows in lines(&shapes.rows).chunks_exact(6 * n) {
+            let mut all = [Line::default(); 6];
+            for (l, p) in p.iter().enumerate() {
+                for (c, sums) in all.iter_mut().enumerate() {
+                    let row = rows[c * n + l];
+                    *sums = std::array::from_fn(|i| sums[i] + row[i] * p[i]);
+                }
             }
-            sums.push(sum);
+            sums.push(std::array::from_fn(|c| {
+                let rest = p_rest.iter().enumerate().fold(0.0, |rest, (i, q)| rest + rows[c * n + p.len()][i] * q);
+                sum(&all[c]) + rest
+            }));
         }
     }
 }

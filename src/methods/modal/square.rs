@@ -1,12 +1,15 @@
 //! A symmetric positive matrix D + Σ J H Jᵀ with D diagonal, H 3 × 3: its sum, and its solutions by Cholesky's factors.
 //!
-//! Columns are padded to whole lines. All sums are in one order, whatever the processor's registers, so that all have the same bits.
+//! It is held in blocks of four rows and columns. All sums are in one order, whatever the processor's registers, so that all have the same bits.
 
 use nalgebra::Matrix3;
 use pulp::{Arch, Simd, WithSimd};
 
 /// Numbers of a line.
 pub const LINE: usize = 4;
+pub type Line = [f64; LINE];
+/// Columns of four rows.
+type Block = [Line; LINE];
 
 /// Rounded up to whole lines, at least one.
 pub fn padded(n: usize) -> usize {
@@ -15,18 +18,43 @@ pub fn padded(n: usize) -> usize {
 
 /// Lines of a row of whole ones.
 #[inline(always)]
-fn lines(row: &[f64]) -> &[[f64; LINE]] {
+pub fn lines(row: &[f64]) -> &[Line] {
     row.as_chunks().0
 }
 
-/// Subtracts a x from `out`, both as long.
+/// The same to write to.
 #[inline(always)]
-fn subtract(out: &mut [f64], a: f64, x: &[f64]) {
-    for (out, x) in out.as_chunks_mut::<LINE>().0.iter_mut().zip(lines(x)) {
-        for i in 0..LINE {
-            out[i] -= a * x[i];
-        }
-    }
+pub fn lines_mut(row: &mut [f64]) -> &mut [Line] {
+    row.as_chunks_mut().0
+}
+
+/// out + (a x + b y + c z).
+#[inline(always)]
+pub fn plus_three(out: Line, [a, b, c]: [f64; 3], x: Line, y: Line, z: Line) -> Line {
+    [
+        out[0] + (a * x[0] + b * y[0] + c * z[0]),
+        out[1] + (a * x[1] + b * y[1] + c * z[1]),
+        out[2] + (a * x[2] + b * y[2] + c * z[2]),
+        out[3] + (a * x[3] + b * y[3] + c * z[3]),
+    ]
+}
+
+/// out − a x.
+#[inline(always)]
+fn minus(out: Line, a: f64, x: Line) -> Line {
+    [out[0] - a * x[0], out[1] - a * x[1], out[2] - a * x[2], out[3] - a * x[3]]
+}
+
+/// a x.
+#[inline(always)]
+fn times(a: f64, x: Line) -> Line {
+    [a * x[0], a * x[1], a * x[2], a * x[3]]
+}
+
+/// Σ xᵢ.
+#[inline(always)]
+pub fn sum(x: &Line) -> f64 {
+    (x[0] + x[2]) + (x[1] + x[3])
 }
 
 /// Σ aᵢ bᵢ over the shorter one, in lines.
@@ -45,18 +73,7 @@ pub fn dot(a: &[f64], b: &[f64]) -> f64 {
     for (a, b) in rest_a.iter().zip(rest_b) {
         rest += a * b;
     }
-    (sums[0] + sums[2]) + (sums[1] + sums[3]) + rest
-}
-
-/// Adds a x + b y + c z to `out`, all as long.
-#[inline(always)]
-pub fn add_three(out: &mut [f64], [a, b, c]: [f64; 3], [x, y, z]: [&[f64]; 3]) {
-    let rows = lines(x).iter().zip(lines(y)).zip(lines(z));
-    for (out, ((x, y), z)) in out.as_chunks_mut::<LINE>().0.iter_mut().zip(rows) {
-        for i in 0..LINE {
-            out[i] += a * x[i] + b * y[i] + c * z[i];
-        }
-    }
+    sum(&sums) + rest
 }
 
 /// The three rows of a matrix for x, y and z.
@@ -67,61 +84,69 @@ pub fn rows(of: &[f64], stride: usize) -> [&[f64]; 3] {
     [x, y, &z[..stride]]
 }
 
+/// Where the blocks of a block column begin, of so many.
+#[inline(always)]
+fn first(p: usize, blocks: usize) -> usize {
+    p * (2 * blocks + 1 - p) / 2
+}
+
 /// See the module's text.
 #[derive(Clone)]
 pub struct Square {
-    stride: usize,
-    /// Of each column what is on and below the diagonal, or of its factor what is below. Nothing is below the last row.
-    columns: Vec<f64>,
-    /// Once factorized, one over the factor's diagonal.
-    inverse: Vec<f64>,
-    /// J H of one term, or room for a solution.
-    turned: Vec<f64>,
+    /// Block columns from the diagonal down, or those of the factor; what is on its diagonal and above is of no meaning.
+    blocks: Vec<Block>,
+    /// One over the factor's diagonal.
+    inverse: Vec<Line>,
+    solution: Vec<Line>,
+    /// J H of one term.
+    turned: Vec<[Line; 3]>,
     arch: Arch,
 }
 
 impl Square {
     /// Of n rows.
     pub fn new(n: usize) -> Self {
-        let stride = padded(n);
-        let arch = Arch::new(); // all sums have one order
-        Self { stride, columns: vec![0.0; n * stride], inverse: vec![0.0; n], turned: vec![0.0; 3 * stride], arch }
+        let blocks = padded(n) / LINE;
+        Self {
+            blocks: vec![Block::default(); first(blocks, blocks)],
+            inverse: vec![Line::default(); blocks],
+            solution: vec![Line::default(); blocks],
+            turned: vec![[Line::default(); 3]; blocks],
+            arch: Arch::new(), // all sums have one order
+        }
     }
 
-    /// Becomes a diagonal.
+    /// Becomes a diagonal, and ones follow it in the last block.
     pub fn set_diagonal(&mut self, diagonal: &[f64]) {
-        self.columns.fill(0.0);
-        for (k, d) in diagonal.iter().enumerate().take(self.inverse.len()) {
-            self.columns[k * self.stride + k] = *d;
+        self.blocks.fill(Block::default());
+        let n = self.inverse.len();
+        for p in 0..n {
+            let block = &mut self.blocks[first(p, n)];
+            for i in 0..LINE {
+                block[i][i] = diagonal.get(p * LINE + i).copied().unwrap_or(1.0);
+            }
         }
     }
 
     /// Adds J H Jᵀ. J has a padded row for each of x, y and z.
     pub fn add(&mut self, jacobian: &[f64], h: &Matrix3<f64>) {
-        let Self { stride, columns, turned, arch, .. } = self;
-        arch.dispatch(Add { stride: *stride, jacobian, h: h.data.0, columns, turned });
+        let Self { blocks, turned, arch, .. } = self;
+        arch.dispatch(Add { jacobian, h: h.data.0, blocks, turned });
     }
 
     /// Becomes its factor and replaces b by the solution; whether it is positive.
     pub fn solve(&mut self, b: &mut [f64]) -> bool {
-        let Self { stride, columns, inverse, turned, arch } = self;
-        let (room, rest) = turned.split_at_mut(*stride);
-        room[..b.len()].copy_from_slice(b);
-        room[b.len()..].fill(0.0);
-        let solution = &mut rest[..*stride];
-        let positive = arch.dispatch(Solve { stride: *stride, columns, inverse, b: room, solution });
-        b.copy_from_slice(&solution[..b.len()]);
-        positive
+        let Self { blocks, inverse, solution, arch, .. } = self;
+        arch.dispatch(Solve { blocks, inverse, solution, b })
     }
 }
 
 struct Add<'a> {
-    stride: usize,
     jacobian: &'a [f64],
     /// Columns of H.
     h: [[f64; 3]; 3],
-    columns: &'a mut [f64],
-    turned: &'a mut [f64],
+    blocks: &'a mut [Block],
+    turned: &'a mut [[Line; 3]],
 }
 
 impl WithSimd for Add<'_> {
@@ -129,27 +154,32 @@ impl WithSimd for Add<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let Self { stride, jacobian, h, columns, turned } = self;
-        let j = rows(jacobian, stride);
-        turned.fill(0.0);
-        for (out, h) in turned.chunks_exact_mut(stride).zip(h) {
-            add_three(out, h, j);
+        let Self { jacobian, h, mut blocks, turned } = self;
+        let [x, y, z] = rows(jacobian, jacobian.len() / 3).map(lines);
+        for (l, turned) in turned.iter_mut().enumerate() {
+            for (turned, h) in turned.iter_mut().zip(h) {
+                *turned = plus_three(Line::default(), h, x[l], y[l], z[l]);
+            }
         }
-        let [x, y, z] = rows(turned, stride);
-        for (k, column) in columns.chunks_exact_mut(stride).enumerate() {
-            let at = k & !(LINE - 1);
-            add_three(&mut column[at..], [j[0][k], j[1][k], j[2][k]], [&x[at..], &y[at..], &z[at..]]);
+        for p in 0..x.len() {
+            let (column, rest) = std::mem::take(&mut blocks).split_at_mut(x.len() - p);
+            blocks = rest;
+            for (l, block) in column.iter_mut().enumerate() {
+                let (u, v, w, mut sums) = (turned[p + l][0], turned[p + l][1], turned[p + l][2], *block);
+                for c in 0..LINE {
+                    sums[c] = plus_three(sums[c], [x[p][c], y[p][c], z[p][c]], u, v, w);
+                }
+                *block = sums;
+            }
         }
     }
 }
 
 struct Solve<'a> {
-    stride: usize,
-    columns: &'a mut [f64],
-    inverse: &'a mut [f64],
-    /// Padded, and used up.
+    blocks: &'a mut [Block],
+    inverse: &'a mut [Line],
+    solution: &'a mut [Line],
     b: &'a mut [f64],
-    solution: &'a mut [f64],
 }
 
 impl WithSimd for Solve<'_> {
@@ -157,43 +187,88 @@ impl WithSimd for Solve<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> bool {
-        let Self { stride, columns, inverse, b, solution } = self;
-        solution.fill(0.0);
-        if !factorize(columns, stride, inverse) {
+        let Self { blocks, inverse, solution, b } = self;
+        let n = inverse.len();
+        for (p, line) in solution.iter_mut().enumerate() {
+            *line = std::array::from_fn(|i| b.get(p * LINE + i).copied().unwrap_or(0.0));
+        }
+        if !eliminate(blocks, inverse, solution) {
             return false;
         }
-        for (j, column) in columns.chunks_exact(stride).enumerate() {
-            let at = j & !(LINE - 1);
-            solution[j] = b[j] * inverse[j];
-            subtract(&mut b[at..], solution[j], &column[at..]);
+        for p in (0..n).rev() {
+            let column = &blocks[first(p, n)..first(p + 1, n)];
+            let (here, below) = solution[p..].split_at_mut(1);
+            let here = &mut here[0];
+            for c in (0..LINE).rev() {
+                let mut sums = Line::default();
+                for i in c + 1..LINE {
+                    sums[i] += column[0][c][i] * here[i];
+                }
+                for (block, line) in column[1..].iter().zip(&*below) {
+                    let x = block[c];
+                    sums = std::array::from_fn(|i| sums[i] + x[i] * line[i]);
+                }
+                here[c] = (here[c] - sum(&sums)) * inverse[p][c];
+            }
         }
-        for (j, column) in columns.chunks_exact(stride).enumerate().rev() {
-            let at = j & !(LINE - 1);
-            solution[j] = (solution[j] - dot(&column[at..], &solution[at..])) * inverse[j];
-        }
+        b.iter_mut().zip(solution.as_flattened()).for_each(|(b, x)| *b = *x);
         true
     }
 }
 
+/// Factorizes to L, and takes b to L⁻¹b.
 #[inline(always)]
-fn factorize(columns: &mut [f64], stride: usize, inverse: &mut [f64]) -> bool {
-    for (j, inverse) in inverse.iter_mut().enumerate() {
-        let at = j & !(LINE - 1);
-        let (done, rest) = columns.split_at_mut(j * stride);
-        let column = &mut rest[..stride];
-        for before in done.chunks_exact(stride) {
-            subtract(&mut column[at..], before[j], &before[at..]);
-        }
-        let pivot = column[j];
-        if !(pivot > 0.0 && pivot.is_finite()) {
-            return false;
-        }
-        *inverse = pivot.sqrt().recip();
-        column[at..=j].fill(0.0);
-        for x in column[at..].as_chunks_mut::<LINE>().0 {
-            for i in 0..LINE {
-                x[i] *= *inverse;
+fn eliminate(blocks: &mut [Block], inverse: &mut [Line], b: &mut [Line]) -> bool {
+    let n = inverse.len();
+    for p in 0..n {
+        let (before, rest) = blocks.split_at_mut(first(p, n));
+        let column = &mut rest[..n - p];
+        let (done, here) = b.split_at_mut(p);
+        let mut here = here[0];
+        for (q, done) in done.iter().enumerate() {
+            let row = before[first(q, n) + p - q];
+            for k in 0..LINE {
+                here = minus(here, done[k], row[k]);
             }
+        }
+        for (l, block) in column.iter_mut().enumerate() {
+            let mut sums = *block;
+            for q in 0..p {
+                let at = first(q, n) + p - q;
+                let (row, left) = (&before[at], before[at + l]);
+                for c in 0..LINE {
+                    for k in 0..LINE {
+                        sums[c] = minus(sums[c], row[k][c], left[k]);
+                    }
+                }
+            }
+            *block = sums;
+        }
+        let mut top = column[0];
+        for k in 0..LINE {
+            let pivot = top[k][k];
+            if !(pivot > 0.0 && pivot.is_finite()) {
+                return false;
+            }
+            inverse[p][k] = pivot.sqrt().recip();
+            top[k] = times(inverse[p][k], top[k]);
+            here[k] *= inverse[p][k];
+            for c in k + 1..LINE {
+                here[c] -= here[k] * top[k][c];
+                top[c] = minus(top[c], top[k][c], top[k]);
+            }
+        }
+        column[0] = top;
+        b[p] = here;
+        for block in &mut column[1..] {
+            let mut sums = *block;
+            for c in 0..LINE {
+                for k in 0..c {
+                    sums[c] = minus(sums[c], top[k][c], sums[k]);
+                }
+                sums[c] = times(inverse[p][c], sums[c]);
+            }
+            *block = sums;
         }
     }
     true
