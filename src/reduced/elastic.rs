@@ -1,6 +1,7 @@
 //! What a search for equilibria asks of an energy on reduced coordinates.
 
 use super::energy::{self, ReducedEnergy};
+use super::factor::Factor;
 use super::polynomial::{self, PolynomialEnergy};
 use super::rigid::RigidRoom;
 use crate::energy::Curvature;
@@ -40,9 +41,9 @@ pub trait Elastic: Send + Sync {
     fn near_gradient(&self, q: &[f64], scratch: &mut Scratch, out: &mut [f64]) {
         self.gradient(q, scratch, out);
     }
-    /// ∂²E/∂q² beside it, where `near_gradient` was asked for the same q.
-    fn near_hessian(&self, q: &[f64], scratch: &mut Scratch, out: &mut DMatrix<f64>) {
-        self.hessian(q, Curvature::Exact, scratch, out);
+    /// ∂²E/∂q² beside it in 32 bits; false where there is none.
+    fn near_hessian(&self, _q: &[f64], _scratch: &mut Scratch, _out: &mut Factor) -> bool {
+        false
     }
 }
 
@@ -151,7 +152,8 @@ elastic!(
     fn near_gradient(&self, q: &[f64], scratch: &mut Scratch, out: &mut [f64]) {
         self.near_gradient(q, scratch, out);
     },
-    fn near_hessian(&self, q: &[f64], scratch: &mut Scratch, out: &mut DMatrix<f64>) {
+    fn near_hessian(&self, q: &[f64], scratch: &mut Scratch, out: &mut Factor) -> bool {
         self.near_hessian(q, scratch, out);
+        true
     }
 );

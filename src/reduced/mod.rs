@@ -27,10 +27,12 @@ mod rigid;
 pub mod sampling;
 mod saved;
 mod stress;
+mod sums;
 mod training;
 
 pub use elastic::{Elastic, Form, Scratch};
 pub use energy::ReducedEnergy;
+pub use factor::Factor;
 pub use fields::{Fields, MAX_FIELDS};
 pub use joined::{Joined, Places};
 pub use newton::{End, Newton, Potential, Rows, Stop, Work};

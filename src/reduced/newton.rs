@@ -109,8 +109,7 @@ pub struct Newton {
     wall: Vec<f64>,
     leapt: bool,
     work: Work,
-    /// The lower triangle of an approach's Hessian, and its factor.
-    hessian: DMatrix<f64>,
+    /// An approach's Hessian, and its factor.
     near: Factor,
     /// The last Hessian was an approach's.
     approached: bool,
@@ -144,7 +143,6 @@ impl Newton {
             wall: vec![0.0; n],
             leapt: false,
             work: Work::default(),
-            hessian: DMatrix::zeros(n, n),
             near: Factor::new(n, energy.arch()),
             approached: false,
             factor: Cholesky::new(DMatrix::identity(n, n)),

@@ -1,6 +1,7 @@
 //! Sums of outer products on top of a few rows of a matrix: what factors and Hessians are made of.
 #![allow(clippy::needless_range_loop)] // registers are unrolled by number
 
+use super::sums::Sums;
 use pulp::Simd;
 
 /// Rows that are made at once.
@@ -10,39 +11,44 @@ pub const ROWS: usize = 4;
 ///
 /// Loops stand where closures would do: those that reach a function of the standard library lose the processor's wide registers.
 #[inline(always)]
-pub fn add_outer<S: Simd>(simd: S, sides: (&[f64], &[f64]), own: &mut [f64], (k, stride): (usize, usize)) {
-    let lanes = size_of::<S::f64s>() / size_of::<f64>();
-    let columns = stride / lanes;
-    let mut a = k / lanes;
+pub fn add_outer<S: Simd, T: Sums<S>>(
+    simd: S,
+    sides: (&[T::Number], &[T::Number]),
+    own: &mut [T::Number],
+    (k, stride): (usize, usize),
+) {
+    let columns = stride / T::LANES;
+    let widest = size_of::<S::f64s>() == 64;
+    let mut a = k / T::LANES;
     // The widest registers are twice as many, too.
-    while lanes == 8 && a + 4 <= columns {
-        add_tile::<S, 4>(simd, sides, own, (k, stride), a);
+    while widest && a + 4 <= columns {
+        add_tile::<S, T, 4>(simd, sides, own, (k, stride), a);
         a += 4;
     }
-    if lanes == 8 && a + 3 == columns {
-        return add_tile::<S, 3>(simd, sides, own, (k, stride), a);
+    if widest && a + 3 == columns {
+        return add_tile::<S, T, 3>(simd, sides, own, (k, stride), a);
     }
     while a + 2 <= columns {
-        add_tile::<S, 2>(simd, sides, own, (k, stride), a);
+        add_tile::<S, T, 2>(simd, sides, own, (k, stride), a);
         a += 2;
     }
     if a < columns {
-        add_tile::<S, 1>(simd, sides, own, (k, stride), a);
+        add_tile::<S, T, 1>(simd, sides, own, (k, stride), a);
     }
 }
 
 /// In C registers of each row, from the a-th on.
 #[inline(always)]
-fn add_tile<S: Simd, const C: usize>(
+fn add_tile<S: Simd, T: Sums<S>, const C: usize>(
     simd: S,
-    (left, right): (&[f64], &[f64]),
-    own: &mut [f64],
+    (left, right): (&[T::Number], &[T::Number]),
+    own: &mut [T::Number],
     (k, stride): (usize, usize),
     a: usize,
 ) {
-    let columns = stride * size_of::<f64>() / size_of::<S::f64s>();
-    let (right, own) = (S::as_simd_f64s(right).0, S::as_mut_simd_f64s(own).0);
-    let mut sums = [[simd.splat_f64s(0.0); C]; ROWS];
+    let columns = stride / T::LANES;
+    let (right, own) = (T::view(right), T::registers(own));
+    let mut sums = [[T::splat(simd, T::Number::default()); C]; ROWS];
     for (r, sums) in sums.iter_mut().enumerate() {
         sums.copy_from_slice(&own[r * columns + a..][..C]);
     }
@@ -50,9 +56,9 @@ fn add_tile<S: Simd, const C: usize>(
         let factors = &left.as_chunks::<ROWS>().0[k / ROWS];
         let Some(right) = right[a..].first_chunk::<C>() else { return };
         for r in 0..ROWS {
-            let factor = simd.splat_f64s(factors[r]);
+            let factor = T::splat(simd, factors[r]);
             for c in 0..C {
-                sums[r][c] = simd.mul_add_e_f64s(right[c], factor, sums[r][c]);
+                sums[r][c] = T::multiply_add(simd, right[c], factor, sums[r][c]);
             }
         }
     }

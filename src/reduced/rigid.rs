@@ -10,6 +10,7 @@
 
 use super::ReducedShell;
 use super::elastic::{Elastic, Scratch};
+use super::factor::Factor;
 use crate::energy::Curvature;
 use crate::reference::FreeMotions;
 use crate::{Error, ErrorKind, Result, Shell, Vec3};
@@ -306,6 +307,7 @@ pub struct WithRigid<'a> {
 pub struct RigidRoom {
     own: Scratch,
     hessian: DMatrix<f64>,
+    near: Factor,
 }
 
 impl RigidRoom {
@@ -331,7 +333,11 @@ impl Elastic for WithRigid<'_> {
 
     fn scratch(&self) -> Scratch {
         let n = self.energy.n();
-        Scratch::Rigid(Box::new(RigidRoom { own: self.energy.scratch(), hessian: DMatrix::zeros(n, n) }))
+        Scratch::Rigid(Box::new(RigidRoom {
+            own: self.energy.scratch(),
+            hessian: DMatrix::zeros(n, n),
+            near: Factor::new(n, self.arch()),
+        }))
     }
 
     fn value(&self, q: &[f64], scratch: &mut Scratch) -> f64 {
@@ -361,11 +367,11 @@ impl Elastic for WithRigid<'_> {
         out[n..].fill(0.0);
     }
 
-    fn near_hessian(&self, q: &[f64], scratch: &mut Scratch, out: &mut DMatrix<f64>) {
+    fn near_hessian(&self, q: &[f64], scratch: &mut Scratch, out: &mut Factor) -> bool {
         let (n, room) = (self.energy.n(), scratch.rigid());
-        self.energy.near_hessian(&q[..n], &mut room.own, &mut room.hessian);
-        out.fill(0.0);
-        out.view_mut((0, 0), (n, n)).copy_from(&room.hessian);
+        let made = self.energy.near_hessian(&q[..n], &mut room.own, &mut room.near);
+        out.take(&room.near);
+        made
     }
 
     fn viscosity(&self, q: &[f64], scratch: &mut Scratch, out: &mut DMatrix<f64>) {

@@ -6,7 +6,9 @@ use shellwarp::energy::Curvature;
 use shellwarp::material::{Crease, ElasticSheet, Fibres, Map, On, Quantity};
 use shellwarp::model::{Model, Options, Precision};
 use shellwarp::reduced::polynomial::{Gate, PolynomialEnergy, Sources, make};
-use shellwarp::reduced::{self, AnyFields, Assumed, Elastic, Newton, Potential, ReducedEnergy, ReducedShell, Stop};
+use shellwarp::reduced::{
+    self, AnyFields, Assumed, Elastic, Factor, Newton, Potential, ReducedEnergy, ReducedShell, Stop,
+};
 use shellwarp::reference::{EquilibriumOptions, Solver};
 use shellwarp::shell::Make;
 use shellwarp::state::{Damping, Method, State};
@@ -249,17 +251,19 @@ fn steps_by_sums_of_32_bits_feel_the_forces_of_64() {
         let (energy, n) = (polynomial_of(model), reduced_of(model).n());
         let [mut first, mut second] = [energy.scratch(), energy.scratch()];
         let [mut near, mut exact] = [vec![0.0; n], vec![0.0; n]];
-        let [mut near_hessian, mut hessian] = [DMatrix::zeros(n, n), DMatrix::zeros(n, n)];
+        let (mut near_hessian, mut hessian) = (Factor::new(n, energy.arch), DMatrix::zeros(n, n));
         let mut both = |q: &[f64]| {
             energy.near_gradient(q, &mut first, &mut near);
             energy.near_hessian(q, &mut first, &mut near_hessian);
             energy.gradient(q, &mut second, &mut exact);
             energy.lower_hessian(q, Curvature::Exact, &mut second, &mut hessian);
             let off: Vec<f64> = near.iter().zip(&exact).map(|(a, b)| a - b).collect();
-            (off, exact.clone(), (&near_hessian - &hessian).amax() / hessian.amax())
+            let entries = (0..n).flat_map(|i| (0..=i).map(move |j| (i, j)));
+            let curved = entries.map(|(i, j)| (near_hessian.entry(j, i) - hessian[(i, j)]).abs()).fold(0.0, f64::max);
+            (off, exact.clone(), curved / hessian.amax())
         };
         let (off, _, curved) = both(&vec![0.0; n]);
-        assert!(off.iter().all(|x| *x == 0.0) && curved == 0.0, "{name} at rest: {curved:e}");
+        assert!(off.iter().all(|x| *x == 0.0) && curved < 1e-6, "{name} at rest: {curved:e}"); // rounding to 32 bits
         // Where the second order is a 1e-6th of the first, the whole is off by 1e-6 of what sums of 32 bits miss.
         let norm = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>().sqrt();
         let slight: Vec<f64> = bent(n, 1.0).iter().map(|q| 1e-6 * energy.gate.reach * q).collect();
@@ -274,7 +278,8 @@ fn steps_by_sums_of_32_bits_feel_the_forces_of_64() {
             println!("{name} at {share} of the training: residual {residual:.1e}, Hessian off by {curved:.1e}");
             // A stage leaves 1.5e-4.
             assert!(residual < 1.5e-5, "{name}, {share}: {residual:e}");
-            assert!(curved < 1e-5, "{name}, {share}: {curved:e}");
+            // Of Q it has 8 bits behind the point: a Newton step leaves as much of the way, and the stage's stop counts ten times as much.
+            assert!(curved < 4e-3, "{name}, {share}: {curved:e}");
         }
     }
 }

@@ -83,15 +83,16 @@ impl Newton {
 
     /// The factor of the exact Hessian at `q`; false where it is not positive definite.
     fn factorize_near(&mut self, energy: &dyn Elastic, potential: &Potential, q: &[f64]) -> bool {
-        energy.near_hessian(q, &mut self.scratch, &mut self.hessian);
-        self.work.hessians += 1;
-        for (k, mut column) in self.hessian.column_iter_mut().enumerate() {
-            column[k] += potential.shift + potential.diagonal.map_or(0.0, |c| c[k]);
-            if let Some(c) = potential.matrix {
-                column.iter_mut().zip(c.column(k).iter()).skip(k).for_each(|(out, c)| *out += c);
-            }
+        self.approached = false;
+        if !energy.near_hessian(q, &mut self.scratch, &mut self.near) {
+            return false;
         }
-        self.approached = self.near.factorize(&self.hessian);
+        self.work.hessians += 1;
+        self.near.add_diagonal(|k| potential.shift + potential.diagonal.map_or(0.0, |c| c[k]));
+        if let Some(matrix) = potential.matrix {
+            self.near.add(matrix);
+        }
+        self.approached = self.near.factorize();
         self.approached
     }
 

@@ -1,7 +1,8 @@
 //! Evaluation of a polynomial energy: what is known of a q, made when it is first asked for.
 
+use super::super::factor::Rows;
+use super::super::sums::{Double, Single};
 use super::{PolynomialEnergy, even, kernel};
-use kernel::{Double, Single};
 use pulp::{Simd, WithSimd};
 
 /// Room, so that evaluation does not allocate, and what is known of the last q.
@@ -18,25 +19,57 @@ pub struct Room {
     stress: Vec<f64>,
     curvature: Vec<f64>,
     jacobian: Vec<f64>,
-    /// C₂ + ½ C₃q, and its product with q.
+    /// C₂ + ½ C₃q, its product with q and that of C₂ alone.
     bending: Vec<f64>,
     bent: Vec<f64>,
-    /// For products: a triangle, a square, ∂s/∂q by form, with factors and without.
-    triangle: Vec<f64>,
+    product: Vec<f64>,
+    /// q and sums for products.
+    spread: [Vec<f64>; 2],
+    sums: [Vec<f64>; 2],
+    /// A Hessian but for JᵀWJ, and as a square; ∂s/∂q by form, with factors and without.
+    blocks: Vec<f64>,
     square: Vec<f64>,
     scaled: Vec<f64>,
     rows: Vec<f64>,
-    product: Vec<f64>,
     narrow: Narrow,
 }
 
-/// The same in 32 bits.
+/// The same in 32 bits: Qq of each form in the place of ∂s/∂q, and of bending C₃q alone.
 #[derive(Clone)]
 struct Narrow {
     q: Vec<f32>,
     stress: Vec<f32>,
-    jacobian: Vec<f32>,
-    triangle: Vec<f32>,
+    curvature: Vec<f32>,
+    turned: Vec<f32>,
+    /// C₃q and its product with q, and the Hessian but for JᵀWJ.
+    bending: Vec<f32>,
+    product: Vec<f32>,
+    blocks: Vec<f32>,
+    spread: [Vec<f32>; 2],
+    sums: [Vec<f32>; 2],
+    scaled: Vec<f32>,
+    rows: Vec<f32>,
+}
+
+impl Narrow {
+    fn of(energy: &PolynomialEnergy) -> Self {
+        let PolynomialEnergy { padded, forms, narrow, .. } = energy;
+        let stride = narrow.stride;
+        let zeros = |count: usize| vec![0.0; count];
+        Self {
+            q: zeros(stride),
+            stress: zeros(*forms),
+            curvature: zeros(*forms),
+            turned: zeros(padded * forms),
+            bending: zeros(narrow.bending.len()),
+            product: zeros(stride),
+            blocks: zeros(narrow.bending.len()),
+            spread: [padded * kernel::ROWS; 2].map(zeros),
+            sums: [padded * kernel::ROWS; 2].map(zeros),
+            scaled: zeros(narrow.linear.len()),
+            rows: zeros(narrow.linear.len()),
+        }
+    }
 }
 
 impl Room {
@@ -44,9 +77,8 @@ impl Room {
     pub(super) fn of(energy: &PolynomialEnergy) -> Self {
         let (n, stride, padded, forms) = (energy.n, energy.stride, energy.padded, energy.forms);
         let [fields, by_form, by_both] = [stride, forms, padded * forms].map(|count| vec![0.0; count]);
-        let [triangle, square] = [energy.stiffness.len(), padded * stride].map(|count| vec![0.0; count]);
-        let [q, stress, jacobian, narrow] =
-            [stride, forms, padded * forms, triangle.len()].map(|count| vec![0.0; count]);
+        let [blocks, square, spread] =
+            [energy.stiffness.len(), padded * stride, padded * kernel::ROWS].map(|count| vec![0.0; count]);
         Self {
             q: (0..stride).map(|k| if k < n { f64::NAN } else { 0.0 }).collect(),
             shapes: 0,
@@ -57,14 +89,16 @@ impl Room {
             stress: by_form.clone(),
             curvature: by_form,
             jacobian: by_both,
-            bending: square.clone(),
+            bending: blocks.clone(),
             bent: fields.clone(),
-            triangle,
+            product: fields,
+            spread: [spread.clone(), spread.clone()],
+            sums: [spread.clone(), spread],
+            blocks,
             square,
             scaled: vec![0.0; energy.count * stride],
             rows: vec![0.0; energy.count * stride],
-            product: fields,
-            narrow: Narrow { q, stress, jacobian, triangle: narrow },
+            narrow: Narrow::of(energy),
         }
     }
 
@@ -73,17 +107,21 @@ impl Room {
         std::mem::take(&mut self.shapes)
     }
 
-    /// Moves to a q, with sums of 64 bits, or of 32 where that is `enough`.
+    /// Moves to a q, with sums of 64 bits, or `near` it with those of 32.
     #[inline]
-    pub(super) fn place(&mut self, energy: &PolynomialEnergy, q: &[f64], enough: bool) {
-        if self.q[..energy.n] == *q && (enough || !self.single) {
+    pub(super) fn place(&mut self, energy: &PolynomialEnergy, q: &[f64], near: bool) {
+        if self.single == near && self.q[..energy.n] == *q {
             return;
         }
         self.q[..energy.n].copy_from_slice(q);
         self.shapes += 1;
         self.value = None;
-        self.single = enough;
-        energy.arch.dispatch(Place { energy, room: self });
+        self.single = near;
+        if near {
+            energy.arch.dispatch(PlaceNear { energy, room: self });
+        } else {
+            energy.arch.dispatch(Place { energy, room: self });
+        }
     }
 
     pub(super) fn value(&mut self, energy: &PolynomialEnergy) -> f64 {
@@ -103,6 +141,11 @@ impl Room {
     pub(super) fn hessian(&mut self, energy: &PolynomialEnergy) -> &[f64] {
         energy.arch.dispatch(Hessian { energy, room: self });
         &self.square
+    }
+
+    /// The Hessian in 32 bits, near a q.
+    pub(super) fn near_hessian(&mut self, energy: &PolynomialEnergy, out: Rows) {
+        energy.arch.dispatch(NearHessian { energy, room: self, out });
     }
 
     /// Σ w ∇s∇sᵀ over the membrane's forms and what bending resists with.
@@ -126,41 +169,12 @@ struct Place<'a> {
     room: &'a mut Room,
 }
 
-impl Place<'_> {
-    /// J − A and ½ C₃q on top of C₂, by sums of 64 bits.
-    #[inline(always)]
-    fn sum<S: Simd>(&mut self, simd: S) {
-        let Self { energy, room } = self;
-        let Room { q, jacobian, bending, triangle, .. } = room;
-        let (n, stride, count) = (energy.n, energy.stride, even(energy.n));
-        kernel::turn::<S, Double>(simd, &q[..energy.padded], &energy.lanes, jacobian);
-        kernel::combine::<S, Double>(simd, &energy.cubic, &q[..count], triangle);
-        add_half(&energy.bending, triangle, (n, stride), bending);
-    }
-
-    /// The same by sums of 32 bits.
-    #[inline(always)]
-    fn sum_single<S: Simd>(&mut self, simd: S) {
-        let Self { energy, room } = self;
-        let Room { q: wide, jacobian: both, bending, narrow, .. } = room;
-        let Narrow { q, jacobian, triangle, .. } = narrow;
-        let (n, stride, count) = (energy.n, energy.stride, even(energy.n));
-        q.iter_mut().zip(&*wide).for_each(|(q, wide)| *q = *wide as f32);
-        kernel::turn::<S, Single>(simd, &q[..energy.padded], &energy.lanes, jacobian);
-        both.iter_mut().zip(&*jacobian).for_each(|(both, own)| *both = f64::from(*own));
-        kernel::combine::<S, Single>(simd, &energy.cubic, &q[..count], triangle);
-        add_half(&energy.bending, triangle, (n, stride), bending);
-    }
-}
-
-/// A square from the diagonal on: another, and half a triangle.
+/// dE/ds and d²E/ds² of all forms.
 #[inline(always)]
-fn add_half<T: Copy + Into<f64>>(base: &[f64], triangle: &[T], (n, stride): (usize, usize), square: &mut [f64]) {
-    let rows = kernel::rows(triangle, (n, stride), square).zip(base.chunks_exact(stride)).enumerate();
-    for (i, ((own, row), base)) in rows {
-        for ((sum, base), x) in row.iter_mut().zip(&base[i..]).zip(own) {
-            *sum = base + 0.5 * (*x).into();
-        }
+fn resist_all(energy: &PolynomialEnergy, s: &[f64], stress: &mut [f64], curvature: &mut [f64]) {
+    let both = stress.iter_mut().zip(curvature).zip(s);
+    for (((stress, curvature), s), (weight, bound)) in both.zip(energy.weights.iter().zip(&energy.bounds)) {
+        [_, *stress, *curvature] = resist(*weight, *bound, *s);
     }
 }
 
@@ -168,25 +182,88 @@ impl WithSimd for Place<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(mut self, simd: S) {
-        if self.room.single {
-            self.sum_single(simd)
-        } else {
-            self.sum(simd)
-        }
+    fn with_simd<S: Simd>(self, simd: S) {
         let Self { energy, room } = self;
-        let Room { q, gradient, s, stress, curvature, jacobian, bending, bent, .. } = room;
-        let (n, padded) = (energy.n, energy.padded);
+        let Room { q, gradient, s, stress, curvature, jacobian, bending, bent, product, .. } = room;
+        let Room { spread: [tiled, repeated], sums: [along, across], .. } = room;
+        let (n, padded, count) = (energy.n, energy.padded, even(energy.n));
+        kernel::turn::<S, Double>(simd, &q[..padded], &energy.lanes, jacobian);
         kernel::strains(simd, &q[..padded], &energy.linear, jacobian, s);
-        for ((((stress, curvature), s), weight), bound) in
-            stress.iter_mut().zip(curvature).zip(&*s).zip(&energy.weights).zip(&energy.bounds)
-        {
-            [_, *stress, *curvature] = resist(*weight, *bound, *s);
-        }
+        resist_all(energy, s, stress, curvature);
+        kernel::combine::<S, Double>(simd, &energy.cubic, &q[..count], bending);
+        bending.iter_mut().zip(&energy.bending).for_each(|(sum, base)| *sum = base + 0.5 * *sum);
         // The gradient of ½ qᵀC₂q + ⅙ C₃(q, q, q) is (C₂ + ½ C₃q)q.
-        kernel::multiply(simd, bending, q, bent);
+        kernel::spread(&q[..padded], [tiled, repeated]);
+        kernel::multiply::<S, Double>(simd, bending, [tiled, repeated], [along, across], bent);
+        kernel::multiply::<S, Double>(simd, &energy.bending, [tiled, repeated], [along, across], product);
         gradient.copy_from_slice(bent);
         kernel::add_transposed(simd, jacobian, stress, padded, &mut gradient[..n]);
+    }
+}
+
+struct PlaceNear<'a> {
+    energy: &'a PolynomialEnergy,
+    room: &'a mut Room,
+}
+
+impl WithSimd for PlaceNear<'_> {
+    type Output = ();
+
+    /// What is linear in q has 64 bits: a shell that hardly moves feels its forces to rounding.
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { energy, room } = self;
+        let Room { q: wide, gradient, s, stress: wide_stress, curvature, bent, product: straight, narrow, .. } = room;
+        let Narrow { q, stress, turned, bending, product, .. } = narrow;
+        let (n, padded, count) = (energy.n, energy.padded, even(energy.n));
+        q.iter_mut().zip(&*wide).for_each(|(q, wide)| *q = *wide as f32);
+        kernel::turn::<S, Single>(simd, &q[..padded], &energy.lanes, turned);
+        kernel::near_strains(simd, (&wide[..padded], &q[..padded]), &energy.linear, turned, s);
+        resist_all(energy, s, wide_stress, curvature);
+        stress.iter_mut().zip(&*wide_stress).for_each(|(stress, wide)| *stress = *wide as f32);
+        kernel::combine::<S, Single>(simd, &energy.cubic, &q[..count], bending);
+        {
+            let ([tiled, repeated], [along, across]) = (&mut narrow.spread, &mut narrow.sums);
+            kernel::spread(&q[..padded], [tiled, repeated]);
+            kernel::multiply::<S, Single>(simd, bending, [tiled, repeated], [along, across], product);
+        }
+        let ([tiled, repeated], [along, across]) = (&mut room.spread, &mut room.sums);
+        kernel::spread(&wide[..padded], [tiled, repeated]);
+        kernel::multiply::<S, Double>(simd, &energy.bending, [tiled, repeated], [along, across], straight);
+        for ((bent, straight), second) in bent.iter_mut().zip(&*straight).zip(&*product) {
+            *bent = straight + 0.5 * f64::from(*second);
+        }
+        gradient.copy_from_slice(bent);
+        let both = (&energy.linear[..], &turned[..]);
+        kernel::add_near_transposed(simd, both, (wide_stress, stress), padded, &mut gradient[..n]);
+    }
+}
+
+struct NearHessian<'a> {
+    energy: &'a PolynomialEnergy,
+    room: &'a mut Room,
+    out: Rows<'a>,
+}
+
+impl WithSimd for NearHessian<'_> {
+    type Output = ();
+
+    /// Q has 16 bits here, which Newton steps do not feel.
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { energy, room, out: Rows { stride, rows: out } } = self;
+        let Room { curvature: wide, narrow, .. } = room;
+        let Narrow { stress, curvature, turned, bending, blocks, scaled, rows, .. } = narrow;
+        let (n, padded, count) = (energy.n, energy.padded, energy.count);
+        blocks.copy_from_slice(bending);
+        kernel::add::<S, Single>(simd, blocks, &energy.narrow.bending);
+        kernel::add_pairs(simd, &energy.narrow.quadratic, &stress[..even(count)], blocks);
+        kernel::unpack(blocks, n, stride, out);
+        curvature.iter_mut().zip(&*wide).for_each(|(curvature, wide)| *curvature = *wide as f32);
+        kernel::by_forms(turned, (padded, stride), rows);
+        kernel::add::<S, Single>(simd, rows, &energy.narrow.linear);
+        kernel::scale::<S, Single>(simd, rows, &curvature[..count], stride, scaled);
+        kernel::add_products::<S, Single>(simd, (scaled, rows), stride, out);
     }
 }
 
@@ -199,12 +276,11 @@ impl WithSimd for Value<'_> {
     type Output = f64;
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> f64 {
+    fn with_simd<S: Simd>(self, _: S) -> f64 {
         let Self { energy, room } = self;
         let Room { q, s, bent, product, .. } = room;
         let forms = (0..energy.forms).map(|k| resist(energy.weights[k], energy.bounds[k], s[k])[0]).sum::<f64>();
         // Of b = qᵀ(C₂ + ½ C₃q)q and c = qᵀC₂q, c/2 + (b − c)/3.
-        kernel::multiply(simd, &energy.bending, q, product);
         let own: f64 = q[..energy.n].iter().zip(&*product).map(|(q, p)| q * p).sum();
         let both: f64 = q[..energy.n].iter().zip(&*bent).map(|(q, b)| q * b).sum();
         forms + own / 6.0 + both / 3.0
@@ -223,19 +299,18 @@ impl WithSimd for Hessian<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { energy, room } = self;
-        let Room { stress: wide, curvature, jacobian, bending, square, scaled, rows, narrow, .. } = room;
-        let Narrow { stress, triangle, .. } = narrow;
+        let Room { stress: wide, curvature, jacobian, bending, blocks, square, scaled, rows, narrow, .. } = room;
+        let Narrow { stress, blocks: sum, .. } = narrow;
         let (n, stride, count) = (energy.n, energy.stride, energy.count);
         stress.iter_mut().zip(&*wide).for_each(|(stress, wide)| *stress = *wide as f32);
-        kernel::combine::<S, Single>(simd, &energy.quadratic, &stress[..even(count)], triangle);
-        for ((sum, both), own) in square.iter_mut().zip(&*bending).zip(&energy.bending) {
-            *sum = 2.0 * both - own;
+        kernel::combine::<S, Single>(simd, &energy.quadratic, &stress[..even(count)], sum);
+        for (((out, both), own), sum) in blocks.iter_mut().zip(&*bending).zip(&energy.bending).zip(&*sum) {
+            *out = 2.0 * both - own + f64::from(*sum);
         }
-        for (own, row) in kernel::rows(triangle, (n, stride), square) {
-            row.iter_mut().zip(own).for_each(|(sum, x)| *sum += f64::from(*x));
-        }
-        kernel::scale(simd, jacobian, &curvature[..count], (energy.padded, stride), [scaled, rows]);
-        kernel::add_products(simd, (scaled, rows), stride, square);
+        kernel::unpack(blocks, n, stride, square);
+        kernel::by_forms(jacobian, (energy.padded, stride), rows);
+        kernel::scale::<S, Double>(simd, rows, &curvature[..count], stride, scaled);
+        kernel::add_products::<S, Double>(simd, (scaled, rows), stride, square);
     }
 }
 
@@ -255,9 +330,9 @@ impl WithSimd for Resistance<'_> {
         let (n, stride) = (energy.n, energy.stride);
         let firm = &energy.weights[..energy.membrane];
         let (scaled, rows) = (&mut scaled[..firm.len() * stride], &mut rows[..firm.len() * stride]);
-        square.fill(0.0);
-        kernel::rows(bending, (n, stride), square).for_each(|(own, row)| row.copy_from_slice(own));
-        kernel::scale(simd, jacobian, firm, (energy.padded, stride), [scaled, rows]);
-        kernel::add_products(simd, (scaled, rows), stride, square);
+        kernel::unpack(bending, n, stride, square);
+        kernel::by_forms(jacobian, (energy.padded, stride), rows);
+        kernel::scale::<S, Double>(simd, rows, firm, stride, scaled);
+        kernel::add_products::<S, Double>(simd, (scaled, rows), stride, square);
     }
 }

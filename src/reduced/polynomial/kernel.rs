@@ -1,27 +1,36 @@
 //! The sums that a polynomial energy is evaluated by, in the processor's widest registers. What an evaluation reads is laid out in the order
-//! in which it is read. Coefficients of second and higher order have 32 bits; sums have 64, or 32 where a Newton step needs no more.
+//! in which it is read. Forms lie side by side as the numbers of 32 bits in the widest register do, [`SIDE`]. Coefficients of second and higher order have 32 bits; sums have 64, or 32 where a Newton step needs no more.
 //!
-//! Symmetric matrices are triangles, row i from the diagonal on, or squares of rows of `stride` numbers that are 0 before the diagonal.
+//! Of symmetric matrices there are the blocks of [`ROWS`] × [`ROWS`] numbers at and behind the diagonal, row of blocks by row, each by rows and
+//! those at the diagonal whole; or the rows of a square of `stride` numbers, where what is before the diagonal has no meaning.
 //!
 //! Loops stand where closures would do: those that reach a function of the standard library lose the wide registers.
 #![allow(clippy::needless_range_loop)] // registers are unrolled by number
 
+use super::super::factor::SIDE;
 use super::super::outer::add_outer;
-use super::super::products::WIDTH;
+use super::super::sums::{Single, Sums};
 use pulp::{Simd, bytemuck};
 
-/// Numbers whose sums are made at once; triangles are padded to it.
+/// Numbers whose sums are made at once; symmetric matrices are padded to it.
 pub const TILE: usize = 32;
 /// Rows that are read at once; forms' fields are padded to it.
 pub const ROWS: usize = super::super::outer::ROWS;
-/// Forms side by side: numbers of 32 bits in the widest register.
-pub const SIDE: usize = 2 * WIDTH;
+/// Numbers of a block.
+pub const BLOCK: usize = ROWS * ROWS;
 /// Entries of such rows at the diagonal.
 const CORNER: usize = ROWS * (ROWS + 1) / 2;
 
-/// Where entry (i, j), i ≤ j, of a triangle is; that of (n, n) is their number.
+/// Where entry (i, j), i ≤ j or both of one block, of a symmetric matrix is.
 pub fn at(i: usize, j: usize, n: usize) -> usize {
-    i * (2 * n - i + 1) / 2 + j - i
+    let (row, column, count) = (i / ROWS, j / ROWS, n.div_ceil(ROWS));
+    (row * (2 * count - row + 1) / 2 + column - row) * BLOCK + i % ROWS * ROWS + j % ROWS
+}
+
+/// Numbers of it, padded to tiles.
+pub fn size(n: usize) -> usize {
+    let count = n.div_ceil(ROWS);
+    (count * (count + 1) / 2 * BLOCK).next_multiple_of(TILE)
 }
 
 /// Where entry e of matrix k is among tiles of `count` matrices.
@@ -43,91 +52,10 @@ fn lanes<S: Simd>() -> usize {
     size_of::<S::f64s>() / size_of::<f64>()
 }
 
-/// In how many bits sums of numbers of 32 are made.
-pub trait Sums<S: Simd> {
-    /// A sum, and as many as a register holds.
-    type Number: Copy + Default;
-    type Register: Copy;
-    /// Numbers in a register.
-    const LANES: usize;
-    fn registers(numbers: &mut [Self::Number]) -> &mut [Self::Register];
-    fn splat(simd: S, x: Self::Number) -> Self::Register;
-    /// As many numbers as a register holds.
-    fn read(simd: S, numbers: &[f32]) -> Self::Register;
-    /// ab + c, and a + b.
-    fn multiply_add(simd: S, a: Self::Register, b: Self::Register, c: Self::Register) -> Self::Register;
-    fn add(simd: S, a: Self::Register, b: Self::Register) -> Self::Register;
-}
-
-/// 64 bits.
-pub struct Double;
-/// 32 bits: half the time.
-pub struct Single;
-
-impl<S: Simd> Sums<S> for Double {
-    type Number = f64;
-    type Register = S::f64s;
-    const LANES: usize = size_of::<S::f64s>() / size_of::<f64>();
-
-    #[inline(always)]
-    fn registers(numbers: &mut [f64]) -> &mut [S::f64s] {
-        S::as_mut_simd_f64s(numbers).0
-    }
-
-    #[inline(always)]
-    fn splat(simd: S, x: f64) -> S::f64s {
-        simd.splat_f64s(x)
-    }
-
-    #[inline(always)]
-    fn read(simd: S, numbers: &[f32]) -> S::f64s {
-        let mut wide = [simd.splat_f64s(0.0)];
-        for (wide, x) in bytemuck::cast_slice_mut::<S::f64s, f64>(&mut wide).iter_mut().zip(numbers) {
-            *wide = f64::from(*x);
-        }
-        wide[0]
-    }
-
-    #[inline(always)]
-    fn multiply_add(simd: S, a: S::f64s, b: S::f64s, c: S::f64s) -> S::f64s {
-        simd.mul_add_e_f64s(a, b, c)
-    }
-
-    #[inline(always)]
-    fn add(simd: S, a: S::f64s, b: S::f64s) -> S::f64s {
-        simd.add_f64s(a, b)
-    }
-}
-
-impl<S: Simd> Sums<S> for Single {
-    type Number = f32;
-    type Register = S::f32s;
-    const LANES: usize = size_of::<S::f32s>() / size_of::<f32>();
-
-    #[inline(always)]
-    fn registers(numbers: &mut [f32]) -> &mut [S::f32s] {
-        S::as_mut_simd_f32s(numbers).0
-    }
-
-    #[inline(always)]
-    fn splat(simd: S, x: f32) -> S::f32s {
-        simd.splat_f32s(x)
-    }
-
-    #[inline(always)]
-    fn read(_: S, numbers: &[f32]) -> S::f32s {
-        S::as_simd_f32s(numbers).0[0]
-    }
-
-    #[inline(always)]
-    fn multiply_add(simd: S, a: S::f32s, b: S::f32s, c: S::f32s) -> S::f32s {
-        simd.mul_add_e_f32s(a, b, c)
-    }
-
-    #[inline(always)]
-    fn add(simd: S, a: S::f32s, b: S::f32s) -> S::f32s {
-        simd.add_f32s(a, b)
-    }
+/// Registers of 64 bits for one of 32: 1 where each holds one number.
+#[inline(always)]
+fn halves<S: Simd>() -> usize {
+    <Single as Sums<S>>::LANES / lanes::<S>()
 }
 
 /// out = Qq of all forms, on a multiple of [`ROWS`] fields.
@@ -249,6 +177,76 @@ pub fn add_transposed<S: Simd>(simd: S, jacobian: &[f64], v: &[f64], n: usize, o
     }
 }
 
+/// s = A·q + ½ q·Qq, on `q`'s fields: the linear part in 64 bits, Qq as [`turn`] gives it in 32.
+#[inline(always)]
+pub fn near_strains<S: Simd>(simd: S, (q, narrow): (&[f64], &[f32]), linear: &[f64], turned: &[f32], s: &mut [f64]) {
+    let (side, halves) = (SIDE / <Single as Sums<S>>::LANES, halves::<S>());
+    let (linear, turned) = (S::as_simd_f64s(linear).0, S::as_simd_f32s(turned).0);
+    let blocks = linear.chunks_exact(halves * side * q.len()).zip(turned.chunks_exact(side * q.len()));
+    for ((linear, turned), s) in blocks.zip(s.chunks_exact_mut(SIDE)) {
+        for part in 0..side {
+            let mut sums = [[simd.splat_f64s(0.0); 2]; ROWS]; // in turn, for one waits for the one before
+            let mut seconds = [simd.splat_f32s(0.0); ROWS];
+            for (i, (q, narrow)) in q.as_chunks::<ROWS>().0.iter().zip(narrow.as_chunks::<ROWS>().0).enumerate() {
+                for r in 0..ROWS {
+                    let at = (i * ROWS + r) * side + part;
+                    let own = simd.splat_f64s(q[r]);
+                    for half in 0..halves {
+                        sums[r][half] = simd.mul_add_e_f64s(linear[halves * at + half], own, sums[r][half]);
+                    }
+                    seconds[r] = simd.mul_add_e_f32s(turned[at], simd.splat_f32s(narrow[r]), seconds[r]);
+                }
+            }
+            let mut second = [simd.splat_f32s(0.0)];
+            second[0] = simd.add_f32s(simd.add_f32s(seconds[0], seconds[1]), simd.add_f32s(seconds[2], seconds[3]));
+            let mut first = [simd.splat_f64s(0.0); 2];
+            for half in 0..halves {
+                let [a, b, c, d] = sums;
+                first[half] = simd.add_f64s(simd.add_f64s(a[half], b[half]), simd.add_f64s(c[half], d[half]));
+            }
+            let first = bytemuck::cast_slice::<S::f64s, f64>(&first);
+            let second = bytemuck::cast_slice::<S::f32s, f32>(&second);
+            let own = &mut s[part * second.len()..][..second.len()];
+            for ((s, first), second) in own.iter_mut().zip(first).zip(second) {
+                *s = first + 0.5 * f64::from(*second);
+            }
+        }
+    }
+}
+
+/// out_i += Σ (A + Qq)_ik v_k over all forms, on `n` fields: A in 64 bits, Qq in 32.
+#[inline(always)]
+pub fn add_near_transposed<S: Simd>(
+    simd: S,
+    (linear, turned): (&[f64], &[f32]),
+    (v, narrow): (&[f64], &[f32]),
+    n: usize,
+    out: &mut [f64],
+) {
+    let (side, halves) = (SIDE / <Single as Sums<S>>::LANES, halves::<S>());
+    let (linear, v) = (S::as_simd_f64s(linear).0, S::as_simd_f64s(v).0);
+    let (turned, narrow) = (S::as_simd_f32s(turned).0, S::as_simd_f32s(narrow).0);
+    for (block, out) in out.chunks_mut(ROWS).enumerate() {
+        let mut sums = [simd.splat_f64s(0.0); ROWS];
+        let mut seconds = [simd.splat_f32s(0.0); ROWS];
+        let forms = linear.chunks_exact(halves * side * n).zip(turned.chunks_exact(side * n));
+        for ((linear, turned), (v, narrow)) in forms.zip(v.chunks_exact(halves * side).zip(narrow.chunks_exact(side))) {
+            for part in 0..side {
+                for r in 0..ROWS {
+                    let at = (block * ROWS + r) * side + part;
+                    for half in 0..halves {
+                        sums[r] = simd.mul_add_e_f64s(linear[halves * at + half], v[halves * part + half], sums[r]);
+                    }
+                    seconds[r] = simd.mul_add_e_f32s(turned[at], narrow[part], seconds[r]);
+                }
+            }
+        }
+        for (r, out) in out.iter_mut().enumerate() {
+            *out += simd.reduce_sum_f64s(sums[r]) + f64::from(simd.reduce_sum_f32s(seconds[r]));
+        }
+    }
+}
+
 /// out = Σ c_k M_k of an even number of matrices whose tiles are in turn.
 #[inline(always)]
 pub fn combine<S: Simd, T: Sums<S>>(simd: S, tiles: &[f32], factors: &[T::Number], out: &mut [T::Number]) {
@@ -283,78 +281,211 @@ fn combined<S: Simd, T: Sums<S>, const N: usize>(simd: S, tiles: &[f32], factors
     }
 }
 
-/// The rows of a triangle, and those of a square from the diagonal on.
-#[inline(always)]
-pub fn rows<'a, T>(
-    mut triangle: &'a [T],
-    (n, stride): (usize, usize),
-    square: &'a mut [f64],
-) -> impl Iterator<Item = (&'a [T], &'a mut [f64])> {
-    square.chunks_exact_mut(stride).take(n).enumerate().map(move |(i, row)| {
-        let (own, others) = triangle.split_at(n - i);
-        triangle = others;
-        (own, &mut row[i..n])
-    })
+/// Two numbers in one: the second as the 32 bits are, so that the first, its lower half, is in its last places, and the first by its upper half.
+pub fn paired(first: f32, second: f32) -> u32 {
+    const LIMIT: u64 = f32::MAX.to_bits() as u64;
+    let sign = |x: f32| x.to_bits() & !(i32::MAX as u32);
+    let nearest = |x: f32, low: u32| {
+        let size = u64::from(x.abs().to_bits());
+        let upper = (size + 0x8000).saturating_sub(u64::from(low)).min(LIMIT) >> 16;
+        (upper << 16) as u32 | low
+    };
+    let low = (nearest(first, 0) | sign(first)) >> 16;
+    nearest(second, low) | sign(second)
 }
 
-/// out = M q of a square; `q` and `out` have the stride's numbers, the square a multiple of [`ROWS`].
+/// out += Σ c_k M_k of pairs of matrices whose numbers are [`paired`], and whose tiles are in turn.
 #[inline(always)]
-pub fn multiply<S: Simd>(simd: S, square: &[f64], q: &[f64], out: &mut [f64]) {
-    let stride = q.len();
-    let columns = stride / lanes::<S>();
-    let wide = S::as_simd_f64s(q).0;
-    out.fill(0.0);
-    for (block, rows) in square.chunks_exact(ROWS * stride).enumerate() {
-        let i = ROWS * block;
-        let (mut own, mut sums) = ([simd.splat_f64s(0.0); ROWS], [simd.splat_f64s(0.0); ROWS]);
-        for r in 0..ROWS {
-            own[r] = simd.splat_f64s(q[i + r]);
-        }
-        {
-            let (rows, out) = (S::as_simd_f64s(rows).0, S::as_mut_simd_f64s(out).0);
-            for c in i / lanes::<S>()..columns {
-                let mut sum = out[c];
-                for r in 0..ROWS {
-                    let x = rows[r * columns + c];
-                    sums[r] = simd.mul_add_e_f64s(x, wide[c], sums[r]);
-                    sum = simd.mul_add_e_f64s(x, own[r], sum);
-                }
-                out[c] = sum;
+pub fn add_pairs<S: Simd>(simd: S, tiles: &[u32], factors: &[f32], out: &mut [f32]) {
+    match TILE / <Single as Sums<S>>::LANES {
+        2 => added_pairs::<S, 2>(simd, tiles, factors, out),
+        4 => added_pairs::<S, 4>(simd, tiles, factors, out),
+        8 => added_pairs::<S, 8>(simd, tiles, factors, out),
+        16 => added_pairs::<S, 16>(simd, tiles, factors, out),
+        _ => added_pairs::<S, 32>(simd, tiles, factors, out),
+    }
+}
+
+/// With N registers for a tile.
+#[inline(always)]
+fn added_pairs<S: Simd, const N: usize>(simd: S, tiles: &[u32], factors: &[f32], out: &mut [f32]) {
+    let (tiles, factors) = (S::as_simd_u32s(tiles).0.as_chunks::<N>().0, factors.as_chunks::<2>().0);
+    let (out, half) = (S::as_mut_simd_f32s(out).0.as_chunks_mut::<N>().0, simd.splat_u32s(16));
+    let apart = usize::from(N <= 4); // a sum waits for the one before, where there are few
+    for (tiles, out) in tiles.chunks_exact(factors.len().max(1)).zip(out) {
+        let mut sums = [*out, [simd.splat_f32s(0.0); N]];
+        for (pairs, factors) in tiles.iter().zip(factors) {
+            let [first, second] = [simd.splat_f32s(factors[0]), simd.splat_f32s(factors[1])];
+            for r in 0..N {
+                let low = bytemuck::cast(simd.wrapping_dyn_shl_u32s(pairs[r], half));
+                sums[0][r] = simd.mul_add_e_f32s(low, first, sums[0][r]);
+                sums[apart][r] = simd.mul_add_e_f32s(bytemuck::cast(pairs[r]), second, sums[apart][r]);
             }
         }
-        for r in 0..ROWS {
-            out[i + r] += simd.reduce_sum_f64s(sums[r]) - rows[r * stride + i + r] * q[i + r]; // the diagonal was in both
+        for r in 0..N {
+            out[r] = simd.add_f32s(sums[0][r], sums[1][r]);
         }
     }
 }
 
-/// The Jacobian by rows of a form, and each times its factor; of as many forms as there are factors.
+/// q for products with blocks: each block of numbers again and again, and each number.
 #[inline(always)]
-pub fn scale<S: Simd>(simd: S, jacobian: &[f64], factors: &[f64], (m, stride): (usize, usize), out: [&mut [f64]; 2]) {
-    let [scaled, rows] = out;
-    let blocks = jacobian.as_chunks::<SIDE>().0.chunks_exact(m).zip(rows.chunks_mut(SIDE * stride));
-    for (block, rows) in blocks {
+pub fn spread<N: Copy>(q: &[N], [tiled, repeated]: [&mut [N]; 2]) {
+    let both = tiled.as_chunks_mut::<ROWS>().0.as_chunks_mut::<ROWS>().0.iter_mut();
+    let both = both.zip(repeated.as_chunks_mut::<ROWS>().0.as_chunks_mut::<ROWS>().0);
+    for (q, (tiled, repeated)) in q.as_chunks::<ROWS>().0.iter().zip(both) {
+        *tiled = [*q; ROWS];
+        *repeated = [[q[0]; ROWS], [q[1]; ROWS], [q[2]; ROWS], [q[3]; ROWS]];
+    }
+}
+
+/// out = M q of a symmetric matrix, with q as [`spread`] gives it, and room for as many sums.
+#[inline(always)]
+pub fn multiply<S: Simd, T: Sums<S>>(
+    simd: S,
+    blocks: &[T::Number],
+    [tiled, repeated]: [&[T::Number]; 2],
+    [along, across]: [&mut [T::Number]; 2],
+    out: &mut [T::Number],
+) {
+    match BLOCK / T::LANES {
+        1 => multiplied::<S, T, 1>(simd, blocks, [tiled, repeated], [along, across]),
+        2 => multiplied::<S, T, 2>(simd, blocks, [tiled, repeated], [along, across]),
+        4 => multiplied::<S, T, 4>(simd, blocks, [tiled, repeated], [along, across]),
+        8 => multiplied::<S, T, 8>(simd, blocks, [tiled, repeated], [along, across]),
+        _ => multiplied::<S, T, 16>(simd, blocks, [tiled, repeated], [along, across]),
+    }
+    let sums = along.as_chunks::<ROWS>().0.as_chunks::<ROWS>().0.iter();
+    let sums = sums.zip(across.as_chunks::<ROWS>().0.as_chunks::<ROWS>().0);
+    for (out, (along, across)) in out.as_chunks_mut::<ROWS>().0.iter_mut().zip(sums) {
+        let [along, across] = [transposed(along), *across].map(|[a, b, c, d]| {
+            let mut sum = a;
+            for r in 0..ROWS {
+                sum[r] = T::sum([T::sum([a[r], b[r]]), T::sum([c[r], d[r]])]);
+            }
+            sum
+        });
+        for r in 0..ROWS {
+            out[r] = T::sum([along[r], across[r]]);
+        }
+    }
+}
+
+/// With N registers for a block: sums along each row of blocks' rows, and across those of each column's.
+#[inline(always)]
+fn multiplied<S: Simd, T: Sums<S>, const N: usize>(
+    simd: S,
+    blocks: &[T::Number],
+    [tiled, repeated]: [&[T::Number]; 2],
+    [along, across]: [&mut [T::Number]; 2],
+) {
+    let (mut blocks, tiled, repeated) =
+        (T::view(blocks).as_chunks::<N>().0, T::view(tiled).as_chunks::<N>().0, T::view(repeated).as_chunks::<N>().0);
+    let (along, across) = (T::registers(along).as_chunks_mut::<N>().0, T::registers(across).as_chunks_mut::<N>().0);
+    for (b, along) in along.iter_mut().enumerate() {
+        let (own, others) = blocks.split_at(tiled.len() - b);
+        blocks = others;
+        let zero = T::splat(simd, T::Number::default());
+        let mut sums = [zero; N];
+        for r in 0..N {
+            sums[r] = T::multiply(simd, own[0][r], tiled[b][r]);
+        }
+        if b == 0 {
+            across[0] = [zero; N];
+        }
+        for ((x, tiled), across) in own[1..].iter().zip(&tiled[b + 1..]).zip(&mut across[b + 1..]) {
+            for r in 0..N {
+                sums[r] = T::multiply_add(simd, x[r], tiled[r], sums[r]);
+                let before = if b == 0 { zero } else { across[r] };
+                across[r] = T::multiply_add(simd, x[r], repeated[b][r], before);
+            }
+        }
+        *along = sums;
+    }
+}
+
+/// Columns for rows.
+#[inline(always)]
+fn transposed<N: Copy>([a, b, c, d]: &[[N; ROWS]; ROWS]) -> [[N; ROWS]; ROWS] {
+    [[a[0], b[0], c[0], d[0]], [a[1], b[1], c[1], d[1]], [a[2], b[2], c[2], d[2]], [a[3], b[3], c[3], d[3]]]
+}
+
+/// The rows of a square, from the block at the diagonal on, of so many fields; zeros behind them.
+#[inline(always)]
+pub fn unpack<N: Copy + Default>(blocks: &[N], n: usize, stride: usize, rows: &mut [N]) {
+    let mut blocks = blocks.as_chunks::<ROWS>().0.as_chunks::<ROWS>().0;
+    let count = n.div_ceil(ROWS);
+    for (b, rows) in rows.chunks_exact_mut(ROWS * stride).enumerate().take(count) {
+        let (own, others) = blocks.split_at(count - b);
+        blocks = others;
+        for (r, row) in rows.chunks_exact_mut(stride).enumerate() {
+            let (row, behind) = row.as_chunks_mut::<ROWS>().0[b..].split_at_mut(own.len());
+            for (out, block) in row.iter_mut().zip(own) {
+                *out = block[r];
+            }
+            for out in behind {
+                *out = [N::default(); ROWS];
+            }
+        }
+    }
+}
+
+/// What lies by fields, of forms side by side, by rows of a form; of as many forms as there are rows.
+#[inline(always)]
+pub fn by_forms<N: Copy>(fields: &[N], (m, stride): (usize, usize), rows: &mut [N]) {
+    for (block, rows) in fields.as_chunks::<SIDE>().0.chunks_exact(m).zip(rows.chunks_mut(SIDE * stride)) {
         for (c, fields) in block.as_chunks::<ROWS>().0.iter().enumerate() {
-            for (k, row) in rows.chunks_exact_mut(stride).enumerate() {
-                let own = [fields[0][k], fields[1][k], fields[2][k], fields[3][k]];
-                row[ROWS * c..][..ROWS].copy_from_slice(&own);
+            for (k, rows) in rows.chunks_mut(ROWS * stride).enumerate() {
+                let own = transposed(&[
+                    fields[0].as_chunks().0[k],
+                    fields[1].as_chunks().0[k],
+                    fields[2].as_chunks().0[k],
+                    fields[3].as_chunks().0[k],
+                ]);
+                for (row, own) in rows.chunks_exact_mut(stride).zip(own) {
+                    row.as_chunks_mut::<ROWS>().0[c] = own;
+                }
             }
         }
     }
-    let columns = stride / lanes::<S>();
-    let (rows, scaled) = (S::as_simd_f64s(rows).0, S::as_mut_simd_f64s(scaled).0);
+}
+
+/// Rows of forms, and each times its factor.
+#[inline(always)]
+pub fn scale<S: Simd, T: Sums<S>>(
+    simd: S,
+    rows: &[T::Number],
+    factors: &[T::Number],
+    stride: usize,
+    scaled: &mut [T::Number],
+) {
+    let columns = stride / T::LANES;
+    let (rows, scaled) = (T::view(rows), T::registers(scaled));
     for ((to, from), factor) in scaled.chunks_exact_mut(columns).zip(rows.chunks_exact(columns)).zip(factors) {
-        let factor = simd.splat_f64s(*factor);
+        let factor = T::splat(simd, *factor);
         for (to, from) in to.iter_mut().zip(from) {
-            *to = simd.mul_f64s(*from, factor);
+            *to = T::multiply(simd, *from, factor);
         }
+    }
+}
+
+/// a += b.
+#[inline(always)]
+pub fn add<S: Simd, T: Sums<S>>(simd: S, a: &mut [T::Number], b: &[T::Number]) {
+    for (a, b) in T::registers(a).iter_mut().zip(T::view(b)) {
+        *a = T::add(simd, *a, *b);
     }
 }
 
 /// square += LᵀR, from the diagonal on, over rows of forms; the square has a multiple of [`ROWS`].
 #[inline(always)]
-pub fn add_products<S: Simd>(simd: S, sides: (&[f64], &[f64]), stride: usize, square: &mut [f64]) {
+pub fn add_products<S: Simd, T: Sums<S>>(
+    simd: S,
+    sides: (&[T::Number], &[T::Number]),
+    stride: usize,
+    square: &mut [T::Number],
+) {
     for (block, own) in square.chunks_exact_mut(ROWS * stride).enumerate() {
-        add_outer(simd, sides, own, (ROWS * block, stride));
+        add_outer::<S, T>(simd, sides, own, (ROWS * block, stride));
     }
 }

@@ -22,6 +22,7 @@ pub use forms::{Sources, make};
 pub use gate::{Errors, Gate};
 
 use super::elastic::Scratch;
+use super::factor::{Factor, SIDE};
 use super::products::WIDTH;
 use crate::arithmetic::Arithmetic;
 use crate::energy::Curvature;
@@ -64,7 +65,7 @@ pub struct Coefficients {
 /// Hessian these are.
 pub struct PolynomialEnergy {
     n: usize,
-    /// Numbers in a row of fields, a multiple of [`WIDTH`]; forms, and those with the ones that fill [`kernel::SIDE`]; fields of forms.
+    /// Numbers in a row of fields, a multiple of [`WIDTH`]; forms, and those with the ones that fill [`SIDE`]; fields of forms.
     stride: usize,
     count: usize,
     forms: usize,
@@ -73,22 +74,55 @@ pub struct PolynomialEnergy {
     /// w and 1/S² of each form.
     weights: Vec<f64>,
     bounds: Vec<f64>,
-    /// A, of [`kernel::SIDE`] forms side by side the fields.
+    /// A, of [`SIDE`] forms side by side the fields.
     linear: Vec<f64>,
     /// Q, lower triangles, as many forms side by side ([`kernel::entry`]): all that is needed of them for s and its gradient.
     lanes: Vec<f32>,
     /// Q again, and C₃, in tiles ([`kernel::tiled`]) for sums of an even number of matrices.
     quadratic: Vec<f32>,
     cubic: Vec<f32>,
-    /// C₂ as a square, and bending's rest Hessian as a triangle ([`kernel::at`]).
+    /// C₂ and bending's rest Hessian ([`kernel::at`]).
     bending: Vec<f64>,
     stiffness: Vec<f64>,
     /// Above both C₂ and bending's rest Hessian, as symmetric matrices are.
     convex: Vec<f64>,
+    narrow: Narrow,
     /// How near it is to the shell, as far as that was tried.
     pub gate: Gate,
     /// The registers that it is evaluated in.
     pub arch: Arch,
+}
+
+/// What Hessians of 32 bits are made of beside.
+struct Narrow {
+    /// Numbers in a row of fields.
+    stride: usize,
+    /// A by rows of a form, and C₂.
+    linear: Vec<f32>,
+    bending: Vec<f32>,
+    /// Q once more, in 16 bits, two forms at a time ([`kernel::paired`]): they are half as long on the way here.
+    quadratic: Vec<u32>,
+}
+
+impl Narrow {
+    fn of(list: &[Form], bending: &DMatrix<f64>) -> Self {
+        let n = bending.nrows();
+        let stride = n.max(1).next_multiple_of(SIDE);
+        let mut linear = vec![0.0; list.len() * stride];
+        for (row, form) in linear.chunks_exact_mut(stride).zip(list) {
+            row.iter_mut().zip(&form.linear).for_each(|(out, a)| *out = *a as f32);
+        }
+        let (pairs, none) = (even(list.len()) / 2, DMatrix::zeros(n, n));
+        let mut quadratic = vec![0; pairs * kernel::size(n)];
+        for k in 0..pairs {
+            let [first, second] = [2 * k, 2 * k + 1].map(|k| list.get(k).map_or(&none, |form| &form.quadratic));
+            for (i, j) in entries(n) {
+                let [a, b] = [first, second].map(|q| (0.5 * (q[(i, j)] + q[(j, i)])) as f32);
+                quadratic[kernel::tiled(k, kernel::at(i, j, n), pairs)] = kernel::paired(a, b);
+            }
+        }
+        Self { stride, linear, bending: blocks_of(bending).iter().map(|x| *x as f32).collect(), quadratic }
+    }
 }
 
 impl PolynomialEnergy {
@@ -96,7 +130,7 @@ impl PolynomialEnergy {
     pub fn new(coefficients: &Coefficients) -> Self {
         let Coefficients { forms: list, membrane, bending, stiffness, cubic } = coefficients;
         let n = bending.nrows();
-        let (stride, forms) = (n.next_multiple_of(WIDTH), list.len().max(1).next_multiple_of(kernel::SIDE));
+        let (stride, forms) = (n.next_multiple_of(WIDTH), list.len().max(1).next_multiple_of(SIDE));
         let padded = n.next_multiple_of(kernel::ROWS);
         let mean = |matrix: &DMatrix<f64>, i: usize, j: usize| 0.5 * (matrix[(i, j)] + matrix[(j, i)]);
         let triangle = padded * (padded + 1) / 2;
@@ -109,10 +143,6 @@ impl PolynomialEnergy {
                 (0..=i)
                     .for_each(|j| lanes[beside(k, kernel::entry(i, j), triangle)] = mean(&form.quadratic, i, j) as f32);
             }
-        }
-        let mut square = vec![0.0; padded * stride];
-        for i in 0..n {
-            (i..n).for_each(|j| square[i * stride + j] = mean(bending, i, j));
         }
         Self {
             n,
@@ -127,9 +157,10 @@ impl PolynomialEnergy {
             lanes,
             quadratic: tiles(n, list.len(), |k, i, j| mean(&list[k].quadratic, i, j)),
             cubic: tiles(n, n, |k, i, j| cubic[j.max(k)][if k > j { (j, i) } else { (i.max(k), i.min(k)) }]),
-            bending: square,
-            stiffness: triangle_of(stiffness),
-            convex: triangle_of(&above(stiffness, bending)),
+            bending: blocks_of(bending),
+            stiffness: blocks_of(stiffness),
+            convex: blocks_of(&above(stiffness, bending)),
+            narrow: Narrow::of(list, bending),
             gate: Gate::default(),
             arch: Arithmetic::default().arch(),
         }
@@ -157,7 +188,7 @@ impl PolynomialEnergy {
         Coefficients {
             forms: (0..self.n_saved()).map(form).collect(),
             membrane: self.membrane,
-            bending: matrix(&|i, j| self.bending[i * self.stride + j]),
+            bending: matrix(&|i, j| self.bending[kernel::at(i, j, n)]),
             stiffness: matrix(&|i, j| self.stiffness[kernel::at(i, j, n)]),
             cubic: (0..n).map(|k| tiled(&self.cubic, k, n)).collect(),
         }
@@ -189,7 +220,8 @@ impl PolynomialEnergy {
 
     /// Bytes held.
     pub fn bytes(&self) -> usize {
-        let narrow = self.lanes.len() + self.quadratic.len() + self.cubic.len();
+        let lists = [&self.lanes, &self.quadratic, &self.cubic, &self.narrow.linear, &self.narrow.bending];
+        let narrow = self.narrow.quadratic.len() + lists.iter().map(|list| list.len()).sum::<usize>();
         let wide = [&self.weights, &self.bounds, &self.linear, &self.bending, &self.stiffness, &self.convex];
         4 * narrow + 8 * wide.iter().map(|list| list.len()).sum::<usize>()
     }
@@ -233,11 +265,11 @@ impl PolynomialEnergy {
         out.copy_from_slice(room.gradient(self.n));
     }
 
-    /// Beside [`PolynomialEnergy::near_gradient`] at the same q, the lower triangle of ∂²E/∂q².
-    pub fn near_hessian(&self, q: &[f64], scratch: &mut Scratch, out: &mut DMatrix<f64>) {
+    /// ∂²E/∂q² by sums of 32 bits, as a matrix to be factorized.
+    pub fn near_hessian(&self, q: &[f64], scratch: &mut Scratch, out: &mut Factor) {
         let room = scratch.polynomial();
         room.place(self, q, true);
-        self.unpack(room.hessian(self), out);
+        room.near_hessian(self, out.rows());
     }
 
     /// ∂²E/∂q² (n × n, both triangles). The semidefinite one is Σ w ∇s∇sᵀ over the membrane's forms and what is above both C₂ and
@@ -307,12 +339,11 @@ fn above(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {
 
 /// The tiles of symmetric matrices k with the entries (i, j), i ≤ j, in 32 bits, and of zeros where they are not [`even`].
 fn tiles(n: usize, matrices: usize, of: impl Fn(usize, usize, usize) -> f64) -> Vec<f32> {
-    let (size, count) = (kernel::at(n, n, n).next_multiple_of(kernel::TILE), even(matrices));
-    let mut out = vec![0.0; count * size];
+    let count = even(matrices);
+    let mut out = vec![0.0; count * kernel::size(n)];
     for k in 0..matrices {
-        for i in 0..n {
-            (i..n).for_each(|j| out[kernel::tiled(k, kernel::at(i, j, n), count)] = of(k, i, j) as f32);
-        }
+        entries(n)
+            .for_each(|(i, j)| out[kernel::tiled(k, kernel::at(i, j, n), count)] = of(k, i.min(j), i.max(j)) as f32);
     }
     out
 }
@@ -322,18 +353,21 @@ fn even(count: usize) -> usize {
     count.max(1).next_multiple_of(2)
 }
 
-/// A triangle, padded.
-fn triangle_of(matrix: &DMatrix<f64>) -> Vec<f64> {
+/// Entries of the blocks of a symmetric matrix.
+fn entries(n: usize) -> impl Iterator<Item = (usize, usize)> {
+    (0..n).flat_map(move |i| (i / kernel::ROWS * kernel::ROWS..n).map(move |j| (i, j)))
+}
+
+/// The blocks of a symmetric matrix.
+fn blocks_of(matrix: &DMatrix<f64>) -> Vec<f64> {
     let n = matrix.nrows();
-    let mut out = vec![0.0; kernel::at(n, n, n).next_multiple_of(kernel::TILE)];
-    for i in 0..n {
-        (i..n).for_each(|j| out[kernel::at(i, j, n)] = 0.5 * (matrix[(i, j)] + matrix[(j, i)]));
-    }
+    let mut out = vec![0.0; kernel::size(n)];
+    entries(n).for_each(|(i, j)| out[kernel::at(i, j, n)] = 0.5 * (matrix[(i, j)] + matrix[(j, i)]));
     out
 }
 
 /// Where entry `i` of form `k` is where forms are side by side, of so many entries each.
 #[inline(always)]
 fn beside(k: usize, i: usize, entries: usize) -> usize {
-    (k / kernel::SIDE * entries + i) * kernel::SIDE + k % kernel::SIDE
+    (k / SIDE * entries + i) * SIDE + k % SIDE
 }
