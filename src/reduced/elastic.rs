@@ -51,9 +51,9 @@ pub trait Elastic: Send + Sync {
 #[derive(Clone)]
 pub enum Scratch {
     /// Of a [`ReducedEnergy`].
-    Sampled(energy::Room),
+    Sampled(Box<energy::Room>),
     /// Of a [`PolynomialEnergy`].
-    Polynomial(polynomial::Room),
+    Polynomial(Box<polynomial::Room>),
     /// Of a [`super::WithRigid`].
     Rigid(Box<RigidRoom>),
 }

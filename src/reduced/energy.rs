@@ -320,7 +320,7 @@ impl ReducedEnergy {
     /// Room for one evaluation at a time.
     pub fn scratch(&self) -> Scratch {
         let zeros = vec![Vec3::zeros(); self.rest.len()];
-        Scratch::Sampled(Room {
+        Scratch::Sampled(Box::new(Room {
             q: (0..self.stride).map(|k| if k < self.n { f64::NAN } else { 0.0 }).collect(),
             shapes: 0,
             value: 0.0,
@@ -336,7 +336,7 @@ impl ReducedEnergy {
             coupling: vec![0.0; self.n_stresses * self.stride],
             product: vec![0.0; self.rows.len()],
             square: vec![0.0; self.stride * self.stride],
-        })
+        }))
     }
 
     /// E(x̄ + Bq).

@@ -234,7 +234,7 @@ impl PolynomialEnergy {
 
     /// Room for one evaluation at a time.
     pub fn scratch(&self) -> Scratch {
-        Scratch::Polynomial(Room::of(self))
+        Scratch::Polynomial(Box::new(Room::of(self)))
     }
 
     /// E(q).
