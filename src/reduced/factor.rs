@@ -329,7 +329,7 @@ mod tests {
             let mut factor = Factor::new(n, Arch::new());
             // Rounding to 32 bits times a condition of about n²/2, thrice.
             let enough = 2e-7 * (n * n + 10) as f64;
-            let mut is_factorized = |factor: &mut Factor, matrix: &DMatrix<f64>| {
+            let is_factorized = |factor: &mut Factor, matrix: &DMatrix<f64>| {
                 factor.set(matrix);
                 factor.factorize()
             };
