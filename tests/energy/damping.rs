@@ -54,8 +54,7 @@ fn equal_factors_are_a_factor_on_the_coefficient() {
         let [a, b] = [by_vertices, plain].map(|damping| released(&model, method, &damping, 0.3));
         let off = error(&a, &b);
         println!("{method:?}: {off:.1e}");
-        // BᵀMB is the identity to rounding in 64 bits.
-        assert!(off < 1e-9, "{method:?}: {off}");
+        assert!(off < rounding(method), "{method:?}: {off}");
     }
     let ratio = |ratio: f64, factors: &Arc<[f64]>| Damping {
         ratios: vec![ratio],
@@ -64,8 +63,13 @@ fn equal_factors_are_a_factor_on_the_coefficient() {
     };
     for method in &METHODS[..4] {
         let [a, b] = [ratio(0.02, &factors), ratio(0.05, &Arc::default())].map(|d| released(&model, *method, &d, 0.3));
-        assert!(error(&a, &b) < 1e-9, "{method:?}");
+        assert!(error(&a, &b) < rounding(*method), "{method:?}");
     }
+}
+
+/// BᵀMB is the identity to rounding in 64 bits. The polynomial's stages step by a Hessian of 32, which either damping rounds in its own way.
+fn rounding(method: Method) -> f64 {
+    if method == Method::PolynomialShell { 1e-6 } else { 1e-9 }
 }
 
 #[test]
