@@ -27,7 +27,7 @@ std::string in_unit(double length, const Scene &scene) {
 }
 
 std::string share_of_size(double share) {
-  if (share >= 1) return format("%.2g times its size", share);
+  if (share >= 1.05) return format("%.2g times its size", share);
   if (share >= 0.1) return format("%.0f %% of its size", 100 * share);
   return share >= kUnseen ? format("%.2g %% of its size", 100 * share) : format("%.1e of its size", share);
 }
@@ -170,7 +170,8 @@ void add_turns(const Summary &summary, std::vector<std::string> &words) {
 void add_full_shell(const Summary &summary, std::vector<std::string> &words) {
   const double share = step_error_share(summary.run);
   if (host::is_full_shell(summary.scene.method) && share > 0)
-    words.push_back(format("this is the full nonlinear shell, by which others are judged; a step is off by up to %.2g %% of the motion", 100 * share));
+    words.push_back(format("this is the full nonlinear shell, by which others are judged; each step is off by up to %.2g %% of the motion, which may add up: half the step tells (--step %.2g)",
+                           100 * share, summary.scene.step() / 2));
 }
 
 // Steps that are too long for the motion.
@@ -184,9 +185,9 @@ void add_step_error(const Summary &summary, std::vector<std::string> &words) {
 void add_handles(const Summary &summary, std::vector<std::string> &words) {
   const HandleFigures &handles = summary.run.handles;
   if (handles.steps_missed)
-    words.push_back(format("try: handles were missed in %llu of %llu steps: more modes, a shorter way, or a compliance",
-                           static_cast<unsigned long long>(handles.steps_missed),
-                           static_cast<unsigned long long>(handles.steps)));
+    words.push_back(format("try: handles were missed in %llu of %llu steps: %s, a shorter way, or a compliance",
+                           static_cast<unsigned long long>(handles.steps_missed), static_cast<unsigned long long>(handles.steps),
+                           host::is_full_shell(summary.scene.method) ? "shorter steps" : "more modes"));
 }
 
 // How far supports that move were from the fields that follow them.
@@ -204,9 +205,9 @@ std::string better_methods(uint32_t method, bool chosen) {
   return chosen || host::needs_fields(method) ? full : std::string(host::method_name(SW_METHOD_AUTO)) + " or " + full;
 }
 
-std::string about(double share) {
+std::string about(double share, bool rough) {
   if (share < 1e-4) return "less than 0.01 %";
-  return format(share < 0.1 ? "about %.2g %%" : "about %.0f %%", 100 * share);
+  return (rough ? "roughly " : "about ") + format(share < 0.1 ? "%.2g %%" : "%.0f %%", 100 * share);
 }
 
 // The frame that is furthest off, by length: a large share of a displacement that is small itself says little.
@@ -224,10 +225,11 @@ double share_of_most(const Run &run, const ErrorEstimate &worst) {
 
 // How far off the run is, at its worst and at its end.
 std::string error_words(const Run &run, const ErrorEstimate &worst, double share) {
-  const std::string last = about(run.certificate->error), of = " off the full nonlinear shell";
+  const bool rough = run.certificate->remaining > kRoughAbove;
+  const std::string last = about(run.certificate->error, rough), of = " off the full nonlinear shell";
   const std::size_t n = run.estimates.size();
   if (n < 2) return "certified: the last frame is " + last + of;
-  return "certified: " + about(share) + " of the largest displacement" + of + format(", at most, in %zu frames judged, at %.3g s; the last frame ", n, worst.seconds) + last;
+  return "certified: " + about(share, false) + " of the largest displacement" + of + format(", at most, in %zu frames judged, at %.3g s; the last frame ", n, worst.seconds) + last;
 }
 
 }  // namespace
@@ -259,7 +261,6 @@ std::string verdict(const Run &run, bool chosen, bool compared) {
   const ErrorEstimate worst = run.estimates.empty() ? ErrorEstimate{0, found.error, 0} : worst_estimate(run);
   const double share = run.estimates.empty() ? found.error : share_of_most(run, worst);
   std::string text = error_words(run, worst, share);
-  if (found.remaining > kRoughAbove) text += ", roughly";
   if (share > kMisleading) text += "; do not trust the picture";
   const bool full_alone = chosen || run.supports_move;  // other accurate methods do not follow such supports
   if (!compared && share > kOutOfRange) text += "; use --method " + better_methods(found.method, full_alone);

@@ -130,7 +130,7 @@ std::vector<PlacedHandle> place_handles(const std::vector<Handle> &handles, cons
     placed.push_back({handle, vertex, mesh.vertex(vertex)});
     const double off = by_place(handle) ? distance(handle.nearest, placed.back().rest) : 0;
     if (off > kElsewhere * longest_side(mesh))
-      throw std::runtime_error(format("handle %zu: its place is %.3g from the mesh, which is %.3g wide; places and offsets are in the unit behind the scale",
+      throw std::runtime_error(format("handle %zu: its place is %.3g from the mesh, which is %.3g wide; places and offsets are in scaled units, not the file's",
                                       placed.size(), off, longest_side(mesh)));
   }
   return placed;

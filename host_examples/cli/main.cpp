@@ -239,7 +239,7 @@ void add_sheet_options(CLI::App &app, SimulateOptions &o) {
 void add_simulate_options(CLI::App &app, SimulateOptions &o) {
   app.add_option("mesh", o.scene.mesh_path, "OBJ, OFF or PLY file")->required();
   add_support_options(app, "fix", "Hold", o.fixed);
-  add_support_options(app, "clamp", "Hold, with their neighbours and so the slope,", o.clamped);
+  add_support_options(app, "clamp", "Hold, and the slope there,", o.clamped);
   app.add_option("--pin", o.pins, "Clamp, place and slope, a side (low-x … high-z), vertices (0,4,10-20), box:X0,Y0,Z0,X1,Y1,Z1, a file of vertices, or "
                                   "a group of the OBJ file; several times for several")
       ->type_name("WHAT");

@@ -40,13 +40,14 @@ Mesh leaf() {
   return mesh;
 }
 
-// The lower end of the longest axis.
-std::string end_to_hold(const Mesh &mesh) {
+// The lower end of the longest axis; where that points upward the upper one, from which the shell hangs.
+std::string end_to_hold(const Mesh &mesh, char up) {
   const Bounds box = bounds(mesh);
   std::size_t longest = 0;
   for (std::size_t k = 1; k < 3; ++k)
     if (box.high[k] - box.low[k] > box.high[longest] - box.low[longest]) longest = k;
-  return std::string("low-") + "xyz"[longest];
+  const char axis = "xyz"[longest];
+  return (axis == up ? "high-" : "low-") + std::string(1, axis);
 }
 
 constexpr char kSchemaName[] = "scene.schema.json";
@@ -100,7 +101,7 @@ method = "auto"         # a reduced shell where it can be, else the warp; the ot
 ratio = 0.05            # of critical: 0 swings for ever, 1 creeps
 
 # [wind]
-# velocity = [0, 3, 0]  # m/s
+# velocity = %s  # m/s
 
 # [[handle]]            # a vertex that is led by the hand
 # side = "%s"         # its middle; or vertex = 12, or nearest = [x, y, z]
@@ -147,14 +148,14 @@ std::string write_new_scene(const std::string &path, const std::string &mesh_pat
   if (!own) refuse_existing(folder_path / mesh_name);
   const bool schema = writes_schema(folder_path / kSchemaName);
   OutputFolder folder(folder_path.string());
-  const std::string name = place.stem().string(), held = end_to_hold(mesh);
+  const std::string name = place.stem().string(), held = end_to_hold(mesh, up);
   const std::string scale = longest_side(mesh) > kLongestInMetres ? "0.01" : "1.0";
   const std::string group = mesh.groups.empty() ? "stem" : mesh.groups.begin()->first;
-  const std::string led = "high" + held.substr(3);
+  const std::string led = (held[0] == 'l' ? "high-" : "low-") + held.substr(held.size() - 1);
   OutputFile file(folder, place.filename().string());
   const char *gravity = up == 'x' ? "[-9.8, 0, 0]" : up == 'y' ? "[0, -9.8, 0]" : "[0, 0, -9.8]";
   file.print(kScene, path.c_str(), name.c_str(), mesh_name.generic_string().c_str(), scale.c_str(), gap(8 + scale.size()).c_str(), up,
-             held.c_str(), group.c_str(), gap(12 + group.size()).c_str(), gravity, led.c_str());
+             held.c_str(), group.c_str(), gap(12 + group.size()).c_str(), gravity, up == 'y' ? "[0, 0, 3]" : "[0, 3, 0]", led.c_str());
   file.close();
   if (schema) {
     OutputFile for_editors(folder, kSchemaName);

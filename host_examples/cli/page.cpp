@@ -153,10 +153,14 @@ void Page::add_film(const Scene &scene, const Run &run, const Film &film, const 
                       ",\"unit\":" + json_number(film.largest() / 32767) + ",\"coarse\":" + json_number(100 * step_error_share(run)) + ",\"displacement\":" +
                       json_numbers(film.displacements()) + ",\"estimates\":[" + estimates + "],\"data\":" +
                       json_bytes(film.steps()) + "}");
-  for (const std::string &sentence : words) append(words_, json_text(sentence));
+  add_words(words);
   for (const double displacement : film.displacements()) most_ = std::max(most_, displacement);
   times_ = json_numbers(film.times());
   n_frames_ = run.frames.size() - 1;
+}
+
+void Page::add_words(const std::vector<std::string> &words) {
+  for (const std::string &sentence : words) append(words_, json_text(sentence));
 }
 
 std::string Page::facts() const {

@@ -27,6 +27,8 @@ public:
   // A shell of the scene, by its first method. Films of the same shell by other methods follow it.
   void add_shell(const Scene &scene, const Mesh &mesh, const std::vector<PlacedHandle> &handles, const Film &film);
   // A film of the last shell. `words` is what is said of the run.
+  // Sentences beside the picture.
+  void add_words(const std::vector<std::string> &words);
   void add_film(const Scene &scene, const Run &run, const Film &film, const std::vector<std::string> &words, const std::string &label);
 
   bool empty() const { return tracks_.empty(); }

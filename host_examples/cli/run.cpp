@@ -143,8 +143,14 @@ void add_method(const Scene &scene, const Mesh &mesh, const std::vector<PlacedHa
   const shellwarp::Model &model = own ? *own : made;
   shellwarp::State state = make_state(scene, mesh, model);
   Film film(mesh, n_frames, options.compare.size() + 1);
-  Run run = simulate(scene, n_frames, mesh, handles, state, nullptr, &film, options.quiet,
-                     {false, n_judged(scene, options, mesh.n_vertices())});
+  Run run;
+  try {
+    run = simulate(scene, n_frames, mesh, handles, state, nullptr, &film, options.quiet, {false, n_judged(scene, options, mesh.n_vertices())});
+  } catch (const std::runtime_error &error) {  // the others go on, and the page says why this one is not there
+    const std::string sentence = std::string("note: ") + sw_method_label(scene.method) + " is left out: " + error.what();
+    std::fprintf(stderr, "%s\n", sentence.c_str());
+    return page.add_words({sentence});
+  }
   if (run.interrupted) return;
   certify(scene, options, state, mesh.n_vertices(), run);
   std::vector<std::string> words = closing_words({scene, model.info(), model.frequencies(), run, {}, {}, {}, true});

@@ -45,6 +45,16 @@ void note_handles(const shellwarp::State &state, HandleFigures &figures) {
   figures.steps_missed += !all_met;
 }
 
+// A step that finds no end says when, and what helps.
+void step(const Scene &scene, double end_time, shellwarp::State &state) {
+  try {
+    state.step(scene.step());
+  } catch (const shellwarp::Error &error) {
+    if (error.status() != SW_ERROR_NUMERICAL) throw;
+    throw std::runtime_error(format("at %.3g s: %s; try --step %.2g (steps_per_frame)", end_time, error.what(), scene.step() / 4));
+  }
+}
+
 // The frame's pose and the places of handles and colliders are given for the end of each step; the library takes velocities
 // from the differences.
 void step_to_next_frame(const Scene &scene, SupportMotion &supports, std::vector<PlacedHandle> &handles, shellwarp::State &state,
@@ -56,7 +66,7 @@ void step_to_next_frame(const Scene &scene, SupportMotion &supports, std::vector
       supports.move(end_time, state);
       move_handles(handles, end_time, state);
       move_colliders(scene.colliders, end_time, scene.frame_rate, state);
-      state.step(scene.step());
+      step(scene, end_time, state);
     }
     ++run.steps;
     if (!handles.empty()) note_handles(state, run.handles);

@@ -1710,7 +1710,7 @@ void mistakes_in_scenes_are_located() {
       {"mesh = 'a.obj'\n[material]\nk_bend = 'soft'\n", "bad.toml:3:", "k_bend must be a number"},
       {"mesh = 'a.obj'\n[simulation]\nmodes = -1\n", "bad.toml:3:", "modes must be a whole number"},
       {"mesh = 'a.obj'\n[simulation]\nmethod = 'magic'\n", "bad.toml:3:", "it must be one of warp, warp-virtual-work"},
-      {"mesh = 'a.obj'\n[simulation]\nmethod = 'shell-implicit'\nintegrator = 'exact'\n", "bad.toml:4:", "has none"},
+      {"mesh = 'a.obj'\n[simulation]\nmethod = 'shell-implicit'\nintegrator = 'exact'\n", "bad.toml:4:", "takes \"second-order\""},
       {"mesh = 'a.obj'\n[[force]]\nvector = [0, 0, 1]\n", "bad.toml:2:", "by vertex or nearest"},
       {"mesh = 'a.obj'\n[[force]]\nvertex = 0\n", "bad.toml:2:", "vector is missing"},
       {"mesh = 'a.obj'\n[wind]\ndensity = 1\n", "bad.toml:2:", "velocity is missing"},

@@ -367,7 +367,7 @@ static void unknown_enumerants_and_flags_are_refused(void) {
     FAILS(sw_state_create(ready, &desc, &other), SW_ERROR_INVALID_ARGUMENT, "method");
   }
   desc.method = 0;
-  desc.integrator = 3;
+  desc.integrator = 4;
   FAILS(sw_state_create(ready, &desc, &other), SW_ERROR_INVALID_ARGUMENT, "integrator");
   desc.integrator = 0;
   desc.flags = 0x80000000u;
