@@ -8,7 +8,7 @@ use crate::methods::{Family, Method, method};
 use crate::scenes::beams::LENGTH;
 use anyhow::Result;
 use shellwarp::ffi::method::SW_METHOD_SHELL_EXPLICIT;
-use shellwarp::ffi::state::SW_INTEGRATOR_EXACT;
+use shellwarp::ffi::state::{SW_INTEGRATOR_EXACT, SW_INTEGRATOR_SECOND_ORDER};
 
 pub(super) const STILL: Drive = &|_, _: &mut State| Ok(());
 
@@ -430,8 +430,10 @@ fn topology(library: &Library) -> Vec<Cell> {
             let fallen = |end: &End| {
                 let drop = |v: usize| areas[v] / total * (end.positions[v][2] - rest[v][2]);
                 let drop: f64 = (0..rest.len()).map(drop).sum();
-                // Backward Euler falls by h/2 a second more; the exact propagator does not.
-                let late = if m.integrator == SW_INTEGRATOR_EXACT { 0.0 } else { h };
+                // Backward Euler falls by h/2 a second more; the exact propagator and steps of second order do not.
+                let exact = [SW_INTEGRATOR_EXACT, SW_INTEGRATOR_SECOND_ORDER].contains(&m.integrator)
+                    || m.family == Family::Reduced;
+                let late = if exact { 0.0 } else { h };
                 Ok((drop / (-0.5 * 0.05 * (1.0 + late)) - 1.0).abs())
             };
             let stretched = |end: &End| {
