@@ -1017,10 +1017,10 @@ SwStatus sw_model_offers(const struct SwModel *model,
 // The closed-form motion of each mode under a force constant over the step: no numerical damping of
 // its own.
 #define SW_INTEGRATOR_EXACT 2
-// Of second order: of the full shell two implicit stages, which cost twice a step of backward Euler
-// and calm nothing that the step resolves. A step among contacts, on a rest shape that moves, or
-// that lets a stretched shell go is one of backward Euler. Modal methods take SW_INTEGRATOR_EXACT
-// for it; reduced shells are of second order always.
+// Second order: two implicit stages of the full shell. They cost two to three steps of backward
+// Euler and calm nothing that the step resolves. A step among contacts, on a rest shape that moves,
+// or that lets a stretched shell go is one of backward Euler. Modal methods take
+// SW_INTEGRATOR_EXACT for it; reduced shells are of second order always.
 #define SW_INTEGRATOR_SECOND_ORDER 3
 
 // The state gives the same bits on every processor and platform, on one saved model: its kernels

@@ -179,7 +179,7 @@ void add_step_error(const Summary &summary, std::vector<std::string> &words) {
   const bool is_seen = widest_frame(summary.run).report.max_displacement > kUnseen * summary.info.size;
   if (const double share = step_error_share(summary.run); share > kCoarse && is_seen)
     words.push_back(format("try: a step is off by up to %.2g %% of the motion: shorter steps help (--step, steps_per_frame)%s", 100 * share,
-                           host::is_full_shell(summary.scene.method) && !summary.scene.second_order ? ", or --second-order" : ""));
+                           host::is_full_shell(summary.scene.method) && summary.scene.integrator != SW_INTEGRATOR_SECOND_ORDER ? ", or --second-order" : ""));
 }
 
 void add_handles(const Summary &summary, std::vector<std::string> &words) {

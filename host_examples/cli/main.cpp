@@ -129,8 +129,8 @@ void add_run_options(CLI::App &app, Scene &overrides, RunOptions &options) {
       ->check(CLI::IsMember(host::method_names()));
   app.add_flag("--linear", options.linear, "The same as --method lma");
   app.add_flag("--static", overrides.is_static, "The equilibrium in place of the motion");
-  app.add_flag("--exact", overrides.exact, "Exact propagator in place of implicit Euler");
-  app.add_flag("--second-order", overrides.second_order, "Steps of second order of the full shell; --exact of modes");
+  app.add_flag_callback("--exact", [&overrides] { overrides.integrator = SW_INTEGRATOR_EXACT; }, "Exact propagator in place of implicit Euler");
+  app.add_flag_callback("--second-order", [&overrides] { overrides.integrator = SW_INTEGRATOR_SECOND_ORDER; }, "Steps of second order of the full shell; --exact of modes");
   app.add_flag("--double", overrides.double_precision, "Run-time basis in double precision");
   app.add_flag("--plan", options.plan, "After the last frame, what a step uses and leaves out, and at what cost");
   CLI::Option *certify = app.add_flag("--certify", options.certify,
@@ -151,9 +151,7 @@ void apply_overrides(const Scene &overrides, Scene &scene) {
   if (overrides.modes) scene.modes = overrides.modes;
   if (overrides.obj_every) scene.obj_every = overrides.obj_every;
   scene.is_static |= overrides.is_static;
-  scene.exact |= overrides.exact;
-  scene.second_order |= overrides.second_order;
-  scene.names_integrator |= overrides.exact || overrides.second_order;
+  if (overrides.integrator) scene.integrator = overrides.integrator;
   scene.double_precision |= overrides.double_precision;
 }
 

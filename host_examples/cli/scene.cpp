@@ -213,11 +213,11 @@ void read_simulation(Section section, Scene &scene) {
   read_reduced(section, scene);
   scene.sagged = section.flag("sagged").value_or(false);
   scene.is_static = section.flag("static").value_or(false);
-  const std::string integrator = section.choice("integrator", {"implicit-euler", "exact", "second-order"});
-  scene.exact = integrator == "exact";
-  scene.second_order = integrator == "second-order";
-  scene.names_integrator = section.find("integrator") != nullptr;
-  if (scene.exact && !host::moves_by_modes(scene.method) && !host::needs_choice(scene.method))
+  if (section.find("integrator")) {
+    const std::string name = section.choice("integrator", {"implicit-euler", "exact", "second-order"});
+    scene.integrator = name == "exact" ? SW_INTEGRATOR_EXACT : name == "second-order" ? SW_INTEGRATOR_SECOND_ORDER : SW_INTEGRATOR_IMPLICIT_EULER;
+  }
+  if (scene.integrator == SW_INTEGRATOR_EXACT && !host::moves_by_modes(scene.method) && !host::needs_choice(scene.method))
     section.fail(*section.find("integrator"), "integrator exact is one of modes; a nonlinear shell takes \"second-order\"");
   scene.deterministic = section.flag("deterministic").value_or(false);
   scene.frame_rate = section.positive("frame_rate", scene.frame_rate);

@@ -170,9 +170,7 @@ struct Scene {
   bool sagged = false;     // linearised where it hangs at rest under gravity; starts there
   bool is_static = false;  // the equilibrium instead of the motion
   bool deterministic = false;  // the same bits on every processor
-  bool exact = false;      // exact propagator in place of implicit Euler
-  bool second_order = false;  // the same of modes, and two stages of the full shell
-  bool names_integrator = false;
+  uint32_t integrator = 0;  // SW_INTEGRATOR_...; 0 where none is named
   double frame_rate = 30;  // Hz
   uint32_t steps_per_frame = 1;
   double duration = 5;  // s

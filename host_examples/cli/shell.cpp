@@ -324,7 +324,7 @@ shellwarp::State make_state(const Scene &scene, const Mesh &mesh, const shellwar
   SwStateDesc desc = shellwarp::state_desc();
   desc.method = scene.method;
   desc.flags = scene.deterministic ? SW_STATE_DETERMINISTIC : 0;
-  desc.integrator = scene.second_order ? SW_INTEGRATOR_SECOND_ORDER : scene.exact ? SW_INTEGRATOR_EXACT : SW_INTEGRATOR_IMPLICIT_EULER;
+  desc.integrator = scene.integrator;
   shellwarp::State state(model, desc);
   state.set_gravity(scene.gravity[0], scene.gravity[1], scene.gravity[2]);
   state.set_stiffness(scene.stiffness_factor);

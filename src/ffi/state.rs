@@ -26,7 +26,7 @@ use std::sync::{Arc, RwLock};
 pub const SW_INTEGRATOR_IMPLICIT_EULER: u32 = 1;
 /// The closed-form motion of each mode under a force constant over the step: no numerical damping of its own.
 pub const SW_INTEGRATOR_EXACT: u32 = 2;
-/// Of second order: of the full shell two implicit stages, which cost twice a step of backward Euler and calm nothing that the step resolves. A
+/// Second order: two implicit stages of the full shell. They cost two to three steps of backward Euler and calm nothing that the step resolves. A
 /// step among contacts, on a rest shape that moves, or that lets a stretched shell go is one of backward Euler. Modal methods
 /// take SW_INTEGRATOR_EXACT for it; reduced shells are of second order always.
 pub const SW_INTEGRATOR_SECOND_ORDER: u32 = 3;

@@ -98,9 +98,12 @@ impl Nodal {
         Ok(())
     }
 
-    /// Gives the solver the constraints, in frame axes.
-    fn pass_constraints(&mut self, pose: &Pose) -> Result<()> {
-        let constraints = self.seen_constraints(pose);
+    /// Gives the solver the constraints, in frame axes, with hard targets at a share of their way in the step.
+    fn pass_constraints(&mut self, pose: &Pose, share: f64) -> Result<()> {
+        let mut constraints = self.seen_constraints(pose);
+        if share < 1.0 {
+            constraints.iter_mut().filter(|c| c.compliance == 0.0).for_each(|c| self.lead_part_way(c, share));
+        }
         self.solver.set_constraints(*pose.rotation.inverse().to_rotation_matrix().matrix(), constraints, &self.u)
     }
 
@@ -120,7 +123,7 @@ impl Nodal {
         self.move_supports(acting, Some(h));
         self.turn_out();
         self.solver.join(self.seen_points(acting.points));
-        self.pass_constraints(acting.axes.frame)?;
+        self.pass_constraints(acting.axes.frame, 1.0)?;
         let Self { solver, explicit, damping, u, velocity, force, .. } = self;
         let iterations = if *explicit {
             solver.symplectic_euler(u, velocity, force, *damping, h)?;
@@ -152,7 +155,7 @@ impl Nodal {
     /// In the solver's axes.
     fn find_equilibrium(&mut self, acting: &Acting) -> Result<Equilibrium> {
         self.solver.join(self.seen_points(acting.points));
-        self.pass_constraints(acting.axes.frame)?;
+        self.pass_constraints(acting.axes.frame, 1.0)?;
         self.solver.equilibrium(&self.u, &self.force, &Default::default(), &mut |_| Ok(()))
     }
 

@@ -5,6 +5,7 @@ pub mod integrator;
 pub mod modal_force;
 pub mod participation;
 pub mod point_force;
+pub mod stages;
 
 pub use guard::{Bend, Guard};
 pub use integrator::{Integrator, Oscillator};

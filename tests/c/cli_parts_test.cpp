@@ -928,7 +928,7 @@ void a_scene_is_read_in_full() {
   CHECK(s.material.k_area == 1 && s.material.k_length == 2 && s.material.k_bend == 3 && s.material.density == 4);
   CHECK(s.supports.size() == 2 && s.supports[0].clamped && s.supports[0].box && !s.supports[1].clamped);
   CHECK((s.supports[1].vertices == std::vector<uint32_t>{4, 5}));
-  CHECK(s.modes == 5 && s.double_precision && s.method == SW_METHOD_LMA && s.exact && s.duration == 2 &&
+  CHECK(s.modes == 5 && s.double_precision && s.method == SW_METHOD_LMA && s.integrator == SW_INTEGRATOR_EXACT && s.duration == 2 &&
         s.gravity[1] == -9.8);
   CHECK(s.frame_rate == 25 && s.steps_per_frame == 4 && s.step() == 0.01);
   CHECK(s.damping.ratio == 0.1 && s.damping.mass == 0.2 && s.damping.stiffness == 0.3);
@@ -1673,7 +1673,8 @@ void the_energy_audit_counts_the_work_of_loads() {
   scene.method = SW_METHOD_WARP;
   scene.gravity = {0, 0, -2};
   scene.modes = 6;
-  scene.double_precision = scene.exact = true;
+  scene.double_precision = true;
+  scene.integrator = SW_INTEGRATOR_EXACT;
   cli::ProgressBar progress(true);
   const shellwarp::Model model = cli::make_model(scene, mesh, progress);
   shellwarp::State state = cli::make_state(scene, mesh, model);

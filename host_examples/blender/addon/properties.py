@@ -204,7 +204,7 @@ class ShellwarpSettings(bpy.types.PropertyGroup):
     integrator: EnumProperty(override=OVER, name="Integrator", default="implicit-euler", options=NOT_KEYED, items=[
         ("implicit-euler", "Backward Euler", "Calms what a step does not resolve"),
         ("exact", "Exact", "No numerical damping: rings until the damping below stops it"),
-        ("second-order", "Second order", "Of the full shell: twice the time of a step, and little numerical damping. Of modes the exact one")])
+        ("second-order", "Second order", "Of the full shell: two to three times the time of a step, and little numerical damping. Of modes the exact one")])
 
     precision: EnumProperty(override=OVER, name="Precision", default="f32", options=NOT_KEYED, items=[
         ("f32", "32 bits", "Numbers of the shapes that steps read; modes are found in 64 bits anyway"),

@@ -6,11 +6,8 @@ use super::stage::Stage;
 use super::{At, Floating};
 use crate::load::BodyLoad;
 use crate::methods::Acting;
+use crate::step::stages::{GAMMA, ONWARD};
 use crate::{Error, ErrorKind, Result};
-
-/// γ, and (1 − γ)/γ: how far past the first stage's end the second starts.
-const GAMMA: f64 = 1.0 - std::f64::consts::FRAC_1_SQRT_2;
-const ONWARD: f64 = 1.0 + std::f64::consts::SQRT_2;
 
 impl Floating {
     /// One step of `h`. Changes nothing on failure.

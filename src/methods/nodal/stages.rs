@@ -1,30 +1,19 @@
 //! Steps of second order of the full shell: two stages of backward Euler, as the reduced shells take (`methods/reduced/step.rs`).
 //!
-//! With γ = 1 − 1/√2 and y' = f(y) of y = (u, u̇):
+//! Their numbers are in `step/stages.rs`, y = (u, u̇). The second stage starts from y + (1 + √2)(y₁ − y), where a shell that turns is stretched. It is
+//! searched for from y₁, with the stress there.
 //!
-//!   y₁ = y + γh f(y₁),   y⁺ = y + (1 − γ)h f(y₁) + γh f(y⁺)   (Alexander 1977).
-//!
-//! The second stage starts from y + (1 + √2)(y₁ − y), where a shell that turns is stretched: it is searched for from y₁, with the stress there.
-//! Where a step is among contacts, on a rest shape that moves, or lets go what stiffness drives and the step does not resolve, and where a search
-//! fails or energy comes from nowhere, one step of backward Euler takes its place.
+//! One step of backward Euler takes their place among contacts and on a rest shape that moves. It does so, too, where the first stage lets go what
+//! stiffness drives and the step does not resolve, where a search fails, and where energy comes from nowhere.
 
 use super::Nodal;
 use crate::constraint::{Constraint, Target};
 use crate::methods::Acting;
 use crate::point_energy::PointEnergy;
 use crate::reference::{Ring, part_way};
-use crate::support::Pose;
+use crate::step::stages::{GAMMA, MISSED, NOTHING, ONWARD, SUDDEN};
 use crate::{ErrorKind, Result, Vec3};
 
-/// γ, and (1 − γ)/γ: how far past the first stage's end the second starts.
-const GAMMA: f64 = 1.0 - std::f64::consts::FRAC_1_SQRT_2;
-const ONWARD: f64 = 1.0 + std::f64::consts::SQRT_2;
-/// (1/6 − 3γ² + 2γ³)/γ: what a step misses, over h² and the third derivative times γ.
-const MISSED: f64 = (1.0 / 6.0 - 3.0 * GAMMA * GAMMA + 2.0 * GAMMA * GAMMA * GAMMA) / GAMMA;
-
-/// What a stage moves beside coasting, over the coasting, where it may be a jump; and over the shape, where it is none.
-const SUDDEN: f64 = 0.3;
-const NOTHING: f64 = 1e-3;
 /// Of the energies of a step, what it may gain besides: its error is of third order in what it resolves, at most some percent.
 const GAIN: f64 = 0.05;
 
@@ -50,7 +39,6 @@ impl Nodal {
         if !shared {
             self.solver.share_work(true);
         }
-        let force = acting.load.spin_rate().map(|_| self.force.clone());
         let done = self.try_stages(acting, h);
         if !shared {
             self.solver.share_work(false);
@@ -61,12 +49,8 @@ impl Nodal {
             Err(error) if error.kind == ErrorKind::Numerical => None,
             Err(error) => Some(error),
         };
-        self.u.copy_from_slice(&self.before[0]);
-        self.velocity.copy_from_slice(&self.before[1]);
-        match force {
-            Some(force) => self.force = force,
-            None => self.set_force(acting)?,
-        }
+        self.go_back();
+        self.set_force(acting)?;
         failed.map_or(Ok(None), Err)
     }
 
@@ -111,21 +95,13 @@ impl Nodal {
             }
         }
         self.solver.join(self.seen_points(acting.points));
-        self.pass_part_way(acting.axes.frame, share)?;
+        self.pass_constraints(acting.axes.frame, share)?;
         let Self { solver, damping, u, velocity, force, .. } = self;
         Ok(solver.implicit_euler(u, velocity, force, *damping, tau)?.iterations)
     }
 
-    /// As `pass_constraints`, with hard targets at a share of their way from where the step begins.
-    fn pass_part_way(&mut self, pose: &Pose, share: f64) -> Result<()> {
-        let mut constraints = self.seen_constraints(pose);
-        if share < 1.0 {
-            constraints.iter_mut().filter(|c| c.compliance == 0.0).for_each(|c| self.lead_part_way(c, share));
-        }
-        self.solver.set_constraints(*pose.rotation.inverse().to_rotation_matrix().matrix(), constraints, &self.u)
-    }
-
-    fn lead_part_way(&self, constraint: &mut Constraint, share: f64) {
+    /// Leaves a hard target at a share of its way from where the step begins.
+    pub(super) fn lead_part_way(&self, constraint: &mut Constraint, share: f64) {
         let place = |v: u32| self.shell.mesh.positions[v as usize] + self.before[0][v as usize];
         constraint.target = match constraint.target {
             Target::Position(to) => Target::Position(place(constraint.vertex).lerp(&to, share)),

@@ -6,10 +6,7 @@
 //! (Hosea, Shampine 1996).
 
 use crate::reduced::Newton;
-
-/// γ, and (1/6 − 3γ² + 2γ³)/γ.
-const GAMMA: f64 = 1.0 - std::f64::consts::FRAC_1_SQRT_2;
-const MISSED: f64 = (1.0 / 6.0 - 3.0 * GAMMA * GAMMA + 2.0 * GAMMA * GAMMA * GAMMA) / GAMMA;
+use crate::step::stages::{GAMMA, MISSED};
 
 /// Of the last step; none before one.
 #[derive(Clone)]

@@ -23,11 +23,9 @@ use super::{At, Coordinates, Reduced};
 use crate::load::BodyLoad;
 use crate::methods::Acting;
 use crate::reduced::{Form, Joined, Potential, ReducedShell, Stop};
+use crate::step::stages::{GAMMA, NOTHING, ONWARD, SUDDEN};
 use crate::{Error, ErrorKind, Result};
 
-/// γ, and (1 − γ)/γ: how far past the first stage's end the second starts.
-const GAMMA: f64 = 1.0 - std::f64::consts::FRAC_1_SQRT_2;
-const ONWARD: f64 = 1.0 + std::f64::consts::SQRT_2;
 /// A step moves on at this, an energy of 1e-10 of what the loads do; the Newton step that shows it is still taken.
 const STEP: Stop = Stop { tolerance: 1e-5, iterations: 20, led: false, near: false, least: 0.0 };
 /// What a stage on a smooth energy may leave where it is not looked at: a part of the error of the step itself.
@@ -42,9 +40,6 @@ const ENOUGH: f64 = 1e-5;
 /// Of the displacement, what the last pass may still change although it changes more than the first.
 const SETTLED: f64 = 1e-3;
 
-/// What a stage moves beside coasting, over the coasting, where it may be a jump; and over the shape, where it is none.
-const SUDDEN: f64 = 0.3;
-const NOTHING: f64 = 1e-3;
 /// Of a jump, what inertia keeps of it at least where the step resolves it.
 const RESOLVED: f64 = 0.5;
 /// Stages in a row that stand, at most.
