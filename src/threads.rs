@@ -5,6 +5,9 @@
 
 use crate::{Error, ErrorKind, Result};
 use rayon::{ThreadPool, ThreadPoolBuilder};
+use std::any::Any;
+use std::cell::RefCell;
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError, RwLock, RwLockReadGuard};
 use std::thread::JoinHandle;
@@ -135,6 +138,11 @@ impl<'a, T, W: Fn(&T) -> u64> Queue<'a, T, W> {
 /// How the names of the library's own threads begin.
 pub const NAMED: &str = "shellwarp";
 
+thread_local! {
+    /// The text of this thread's last panic, where somebody keeps it.
+    pub static PANIC: RefCell<Option<String>> = const { RefCell::new(None) };
+}
+
 /// Asks whether to go on; from the caller's thread, the host.
 pub type GoOn<'a> = &'a mut dyn FnMut() -> Result<()>;
 
@@ -144,6 +152,7 @@ struct Outcome {
     failed: AtomicBool,
     done: AtomicUsize,
     error: Mutex<Option<Error>>,
+    panic: Mutex<Option<(Box<dyn Any + Send>, Option<String>)>>,
 }
 
 impl Outcome {
@@ -151,6 +160,13 @@ impl Outcome {
         if !self.failed.swap(true, Ordering::SeqCst) {
             *self.error.lock().unwrap_or_else(PoisonError::into_inner) = Some(error);
         }
+    }
+
+    /// Keeps the first panic of another thread, with its text, for the caller's.
+    fn fall(&self, payload: Box<dyn Any + Send>) {
+        let text = PANIC.take();
+        self.panic.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert((payload, text));
+        self.fail(Error::new(ErrorKind::Cancelled, "a thread panicked"));
     }
 
     fn go_on(&self) -> Result<()> {
@@ -161,7 +177,7 @@ impl Outcome {
     }
 }
 
-/// Ends all when the thread that it is on panics, so that nobody waits for its item.
+/// Ends all when the caller's thread panics, so that nobody waits for its item.
 struct Fallen<'a>(&'a Outcome);
 
 impl Drop for Fallen<'_> {
@@ -198,8 +214,11 @@ pub fn for_each_long<T: Send, W>(
     std::thread::scope(|scope| {
         for k in 0..workers {
             let alone = || {
-                let _fallen = Fallen(&outcome);
-                work(&mut || outcome.go_on()).unwrap_or_else(|error| outcome.fail(error));
+                let worked = catch_unwind(AssertUnwindSafe(|| work(&mut || outcome.go_on())));
+                match worked {
+                    Ok(worked) => worked.unwrap_or_else(|error| outcome.fail(error)),
+                    Err(payload) => outcome.fall(payload),
+                }
             };
             let spawned = std::thread::Builder::new().name(format!("{NAMED}+{}", k + 1)).spawn_scoped(scope, alone);
             if spawned.is_err() {
@@ -215,6 +234,10 @@ pub fn for_each_long<T: Send, W>(
         }
         worked.unwrap_or_else(|error| outcome.fail(error));
     });
+    if let Some((payload, text)) = outcome.panic.into_inner().unwrap_or_else(PoisonError::into_inner) {
+        PANIC.set(text);
+        resume_unwind(payload);
+    }
     outcome.error.into_inner().unwrap_or_else(PoisonError::into_inner).map_or(Ok(()), Err)
 }
 

@@ -2,18 +2,14 @@
 
 use super::floats::Inside;
 use super::status::{Fault, SW_ERROR_INTERNAL, SW_OK, SwStatus, remember};
-use crate::threads::NAMED;
-use std::cell::{Cell, RefCell};
+use crate::threads::{NAMED, PANIC};
+use std::cell::Cell;
 use std::panic::{AssertUnwindSafe, catch_unwind, set_hook, take_hook};
-use std::sync::{Mutex, Once, PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard, TryLockError};
+use std::sync::{Once, PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard, TryLockError};
 
 thread_local! {
     static INSIDE: Cell<bool> = const { Cell::new(false) };
-    static PANIC: RefCell<Option<String>> = const { RefCell::new(None) };
 }
-
-/// The text of a panic on a thread of the library's own, for the call that made it.
-static ELSEWHERE: Mutex<Option<String>> = Mutex::new(None);
 
 /// Keeps a panic's text for [`guard`] instead of printing it, on threads that are inside a call and the library's own; others go on as before.
 fn silence_panics() {
@@ -21,12 +17,8 @@ fn silence_panics() {
     ONCE.call_once(|| {
         let previous = take_hook();
         set_hook(Box::new(move |info| {
-            let text = || Some(info.to_string().replace('\n', ": "));
-            if INSIDE.get() {
-                let elsewhere = ELSEWHERE.lock().unwrap_or_else(PoisonError::into_inner).take();
-                PANIC.with(|kept| *kept.borrow_mut() = elsewhere.or_else(text));
-            } else if std::thread::current().name().is_some_and(|name| name.starts_with(NAMED)) {
-                *ELSEWHERE.lock().unwrap_or_else(PoisonError::into_inner) = text();
+            if INSIDE.get() || std::thread::current().name().is_some_and(|name| name.starts_with(NAMED)) {
+                PANIC.set(Some(info.to_string().replace('\n', ": ")));
             } else {
                 previous(info);
             }
@@ -44,7 +36,7 @@ pub(super) fn contained<T>(body: impl FnOnce() -> Result<T, Fault>) -> Result<T,
     INSIDE.set(outer);
     outcome.unwrap_or_else(|payload| {
         std::mem::forget(payload); // its destructor could panic again
-        let text = PANIC.with(|text| text.borrow_mut().take()).unwrap_or_default();
+        let text = PANIC.take().unwrap_or_default();
         Err(Fault::new(SW_ERROR_INTERNAL, format!("internal error, please report: {text}")))
     })
 }
