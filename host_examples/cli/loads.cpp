@@ -1,10 +1,33 @@
 #include "loads.hpp"
 
-#include <algorithm>
+#include <cmath>
 #include <stdexcept>
 #include <string>
 
 namespace cli {
+
+namespace {
+
+constexpr double kTurn = 6.283185307179586;
+constexpr int kGusts = 4;
+constexpr double kSpacing = 1.618;  // of their frequencies, and phases: not a whole number, so that they do not repeat together
+
+}  // namespace
+
+double strength(const Wind &wind, double seconds) {
+  double sum = 0;
+  for (int k = 0; k < kGusts; ++k) sum += std::sin(kTurn * (wind.gust_frequency * (1 + k * kSpacing) * seconds + k * kSpacing));
+  return 1 + wind.gust * sum / std::sqrt(kGusts / 2.0);
+}
+
+void blow(const Wind &wind, double seconds, shellwarp::State &state) {
+  SwWindDesc desc = shellwarp::wind_desc();
+  for (int axis = 0; axis < 3; ++axis) desc.velocity[axis] = strength(wind, seconds) * wind.velocity[axis];
+  desc.density = wind.density;
+  desc.normal_drag = wind.normal_drag;
+  desc.tangential_drag = wind.tangential_drag;
+  state.set_wind(desc);
+}
 
 std::vector<PlacedForce> place_forces(const std::vector<Force> &forces, const Mesh &mesh) {
   std::vector<PlacedForce> placed;
@@ -28,13 +51,7 @@ void set_loads(const Loads &loads, const Mesh &mesh, shellwarp::State &state) {
   }
   const uint32_t count = static_cast<uint32_t>(vertices.size());
   if (count) state.set_forces(shellwarp::force_desc(vectors.data(), count, vertices.data()));
-  if (!loads.wind) return;
-  SwWindDesc wind = shellwarp::wind_desc();
-  std::copy(loads.wind->velocity.begin(), loads.wind->velocity.end(), wind.velocity);
-  wind.density = loads.wind->density;
-  wind.normal_drag = loads.wind->normal_drag;
-  wind.tangential_drag = loads.wind->tangential_drag;
-  state.set_wind(wind);
+  if (loads.wind) blow(*loads.wind, 0, state);
 }
 
 }  // namespace cli

@@ -103,6 +103,9 @@ CLI::Validator number() {
 CLI::Validator positive() {
   return words_for("a number above 0", [](double x) { return x > 0; });
 }
+CLI::Validator not_negative() {
+  return words_for("a number from 0", [](double x) { return x >= 0; });
+}
 CLI::Validator whole() {
   return words_for("a whole number above 0", [](double x) { return x >= 1 && x <= UINT32_MAX && x == std::floor(x); });
 }
@@ -159,6 +162,8 @@ void apply_options(const RunOptions &options, Scene &scene) {
   if (!options.method.empty()) scene.method = *host::find_method(options.method);
   if (options.linear) scene.method = SW_METHOD_LMA;
   if (!options.formats.empty()) scene.formats = options.formats;
+  if (scene.is_static && scene.loads.wind && scene.loads.wind->gust > 0)
+    throw std::runtime_error("gusts (--gust, gust of [wind]) take time, and --static (static) finds an equilibrium");
 }
 
 struct SupportOptions {
@@ -189,6 +194,7 @@ struct SimulateOptions {
   Scene scene;
   std::vector<std::string> pins, handles, colliders;
   std::optional<std::array<double, 3>> gravity, wind;
+  double gust = 0;
   std::string up, preset;
   std::optional<double> young, poisson, thickness, volume_density;
   SupportOptions fixed, clamped;
@@ -238,14 +244,19 @@ void add_simulate_options(CLI::App &app, SimulateOptions &o) {
   app.add_option("mesh", o.scene.mesh_path, "OBJ, OFF or PLY file")->required();
   add_support_options(app, "fix", "Hold", o.fixed);
   add_support_options(app, "clamp", "Hold, and the slope there,", o.clamped);
-  app.add_option("--pin", o.pins, "Clamp, place and slope, a side (low-x … high-z), vertices (0,4,10-20), box:X0,Y0,Z0,X1,Y1,Z1, a file of vertices, or "
-                                  "a group of the OBJ file; several times for several")
+  app.add_option("--pin", o.pins, "Clamp, place and slope, a side (low-x … high-z), vertices (0,4,10-20), box:X0,Y0,Z0,X1,Y1,Z1, "
+                                  "nearest:X,Y,Z, a file of vertices, or a group of the OBJ file; several times for several")
       ->type_name("WHAT");
   app.add_option("--scale", o.scene.scale, "Factor on the mesh's coordinates: 0.01 makes metres of centimetres (1)")->check(positive());
   app.add_option("--up", o.up, "Axis that points upward; gravity is then 9.8 m/s^2 downward unless --gravity says otherwise")
       ->check(CLI::IsMember({"x", "y", "z"}));
   app.add_option("--gravity", o.gravity, "Acceleration, length unit/s^2 (0 0 0, or by --up)")->type_name("X Y Z")->check(number());
-  app.add_option("--wind", o.wind, "Velocity of the air, of 1.2 kg/m^3; it is steady, so that a shell that is damped leans and comes to rest")->type_name("X Y Z")->check(number());
+  CLI::Option *wind = app.add_option("--wind", o.wind, "Velocity of the air, of 1.2 kg/m^3; steady, so that a shell that is damped leans and comes to rest, unless it has --gust")
+      ->type_name("X Y Z")
+      ->check(number());
+  app.add_option("--gust", o.gust, "Gusts: the wind's velocity swells and falls by this part of it, 0.5 by half")
+      ->check(not_negative())
+      ->needs(wind);
   app.add_option("--handle", o.handles, "Lead a vertex: V:DX,DY,DZ@SECONDS with further offsets behind ':' and free@SECONDS to let go; V is "
                                         "a vertex, a side, a group or nearest:X,Y,Z, and a file of lines 'time x y z' may stand for the offsets")
       ->type_name("V:PATH");
@@ -328,6 +339,7 @@ int simulate_mesh(SimulateOptions &o) {
     o.scene.loads.wind.emplace();
     o.scene.loads.wind->velocity = *o.wind;
     o.scene.loads.wind->density = air_density(o.scene);
+    o.scene.loads.wind->gust = o.gust;
   }
   o.scene.inputs.push_back(o.scene.mesh_path);
   if (o.tie > 0) o.scene.ties.push_back({{}, {}, 0, o.tie});

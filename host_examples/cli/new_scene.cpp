@@ -102,6 +102,7 @@ ratio = 0.05            # of critical: 0 swings for ever, 1 creeps
 
 # [wind]
 # velocity = %s  # m/s
+# gust = 0.5            # swells and falls by half
 
 # [[handle]]            # a vertex that is led by the hand
 # side = "%s"         # its middle; or vertex = 12, or nearest = [x, y, z]

@@ -38,8 +38,8 @@ void add_loads(const Scene &scene, const Mesh &mesh, std::string &list) {
     append(list, load_item(format("gravity %.3g along %s", length(scene.gravity), vector_words(scene.gravity).c_str()),
                            kGravityColour, "gravity", &scene.gravity));
   if (scene.loads.wind)
-    append(list, load_item(format("wind %.3g along %s", length(scene.loads.wind->velocity),
-                                  vector_words(scene.loads.wind->velocity).c_str()),
+    append(list, load_item(format("wind %.3g along %s%s", length(scene.loads.wind->velocity),
+                                  vector_words(scene.loads.wind->velocity).c_str(), scene.loads.wind->gust > 0 ? ", in gusts" : ""),
                            kWindColour, "wind", &scene.loads.wind->velocity));
   for (const PlacedForce &force : place_forces(scene.loads.forces, mesh))
     append(list, load_item(format("force %.3g on vertex %u", length(force.vector), force.vertex), kForceColour, "force",

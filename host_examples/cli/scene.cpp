@@ -177,6 +177,8 @@ Wind read_wind(Section section, const Scene &scene) {
   wind.density = section.not_negative("density", wind.density);
   wind.normal_drag = section.not_negative("normal_drag", wind.normal_drag);
   wind.tangential_drag = section.not_negative("tangential_drag", wind.tangential_drag);
+  wind.gust = section.not_negative("gust", wind.gust);
+  wind.gust_frequency = section.positive("gust_frequency", wind.gust_frequency);
   section.reject_unknown_keys();
   return wind;
 }

@@ -194,6 +194,10 @@ Support read_pin(const std::string &word, std::vector<std::string> &inputs) {
     const std::vector<double> b = numbers(word.substr(4), 6);
     if (b.empty()) refuse("--pin", word, "a box is box:X0,Y0,Z0,X1,Y1,Z1");
     support.box = Bounds{{b[0], b[1], b[2]}, {b[3], b[4], b[5]}};
+  } else if (word.compare(0, 8, "nearest:") == 0) {
+    const std::vector<double> p = numbers(word.substr(8), 3);
+    if (p.empty()) refuse("--pin", word, "a place is nearest:X,Y,Z");
+    support.nearest = {p[0], p[1], p[2]};
   } else if (is_file(word)) {
     support.vertices = read_vertex_list(word);
     inputs.push_back(word);

@@ -25,7 +25,8 @@ std::vector<uint32_t> vertices_of_group(const std::string &name, const Mesh &mes
 // The vertex nearest to the middle of the listed ones.
 uint32_t middle_vertex(const std::vector<uint32_t> &vertices, const Mesh &mesh);
 
-// What --pin takes: a side, vertices as 0,4,10-20, X0,Y0,Z0,X1,Y1,Z1 behind "box:", a file of vertices, or the name of a group.
+// What --pin takes: a side, vertices as 0,4,10-20, X0,Y0,Z0,X1,Y1,Z1 behind "box:", the vertex nearest to X,Y,Z behind "nearest:", a file of vertices, or the
+// name of a group.
 // A file that is read is added to `inputs`.
 Support read_pin(const std::string &word, std::vector<std::string> &inputs);
 

@@ -51,6 +51,7 @@ void add_vertices(const Support &support, const Mesh &mesh, const std::string &o
   for (const std::vector<uint32_t> &more : {support.side ? vertices_at(*support.side, mesh) : std::vector<uint32_t>(),
                                             support.group.empty() ? std::vector<uint32_t>() : vertices_of_group(support.group, mesh)})
     vertices.insert(vertices.end(), more.begin(), more.end());
+  if (support.nearest) vertices.push_back(nearest_vertex(*support.nearest, mesh));
   if (!support.box) return;
   const std::vector<uint32_t> boxed = vertices_inside(*support.box, mesh, owner);
   vertices.insert(vertices.end(), boxed.begin(), boxed.end());

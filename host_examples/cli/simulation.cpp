@@ -45,6 +45,8 @@ void note_handles(const shellwarp::State &state, HandleFigures &figures) {
   figures.steps_missed += !all_met;
 }
 
+bool has_gusts(const Scene &scene) { return scene.loads.wind && scene.loads.wind->gust > 0; }
+
 // A step that finds no end says when, and what helps.
 void step(const Scene &scene, double end_time, shellwarp::State &state) {
   try {
@@ -66,6 +68,7 @@ void step_to_next_frame(const Scene &scene, SupportMotion &supports, std::vector
       supports.move(end_time, state);
       move_handles(handles, end_time, state);
       move_colliders(scene.colliders, end_time, scene.frame_rate, state);
+      if (has_gusts(scene)) blow(*scene.loads.wind, end_time, state);
       step(scene, end_time, state);
     }
     ++run.steps;
@@ -174,6 +177,7 @@ void go_to(const Run &run, const FrameRecord &frame, const Scene &scene, shellwa
   const double seconds = scene.is_static && frame.frame > 0 ? scene.duration : frame.report.time;
   run.supports->bring_rest(seconds, state);
   deform_colliders(scene.colliders, seconds, scene.frame_rate, state, true);
+  if (has_gusts(scene)) blow(*scene.loads.wind, seconds, state);
   state.load(frame.saved);
 }
 

@@ -1,9 +1,10 @@
 //! Bending of plates: ½ ∫ κᵀC κ, with the curvature κ of each triangle and C = h³/12 of plane stress.
 //!
-//! A triangle has three elements ε = √A Lᵀ M (θ − θ̄), linear in the angles at its edges ([`super::patch`]), which are those of
-//! [`super::hinge`]. They touch its corners and those beyond its edges. A triangle on less than a hundredth of its area lets go of its angles, as there.
+//! A triangle has three elements ε = √A Lᵀ M f(θ − θ̄), linear in the angles at its edges ([`super::patch`]), which are those of
+//! [`super::hinge`], with f of [`super::fold_over`]. They touch its corners and those beyond its edges. A triangle on less than a hundredth of its area lets go of its angles, as there.
 //! At a clamp the fourth corner stays where the rest triangle goes on, and the angle counts twice.
 
+use super::fold_over::fold_over;
 use super::hinge::{
     COLLAPSED, add_letting_go, angle_curvature, angle_gradient, dihedral_angle, normals, presence, wrapped_difference,
 };
@@ -115,8 +116,8 @@ struct Bend {
     corners: [Vec3; 4],
     /// φ₁φ₂, by the factor.
     share: f64,
-    /// θ − θ̄.
-    turn: f64,
+    /// f(θ − θ̄), and its first two derivatives.
+    turn: [f64; 3],
 }
 
 impl BendingEnergy {
@@ -272,7 +273,7 @@ impl Patch {
                 place => x[self.vertices[place as usize] as usize],
             };
             let corners = edge.places.map(corner);
-            let turn = wrapped_difference(dihedral_angle(&corners), edge.rest_angle);
+            let turn = fold_over(wrapped_difference(dihedral_angle(&corners), edge.rest_angle));
             let (n1, n2) = normals(&corners);
             let there = |n: Vec3, small: f64| presence(n.norm_squared() / small);
             Bend { corners, share: edge.factor * there(n1, edge.small[0]) * there(n2, edge.small[1]), turn }
@@ -281,17 +282,17 @@ impl Patch {
 
     /// ε of the elements that count, and 0.
     fn strains(&self, bends: &[Bend; 3]) -> [f64; 3] {
-        let turns = Vector3::from_fn(|k, _| bends[k].share * bends[k].turn);
+        let turns = Vector3::from_fn(|k, _| bends[k].share * bends[k].turn[0]);
         std::array::from_fn(|i| if i < self.kept { self.rows[i].dot(&turns) } else { 0.0 })
     }
 
-    /// ∂(φ₁φ₂ (θ − θ̄)) of an edge by its corners, by the factor.
+    /// ∂(φ₁φ₂ f) of an edge by its corners, by the factor.
     fn slope(edge: &Edge, bend: &Bend) -> [Vec3; 4] {
         let mut gradient = angle_gradient(&bend.corners);
         let share = bend.share / edge.factor;
-        if share < 1.0 {
-            gradient.iter_mut().for_each(|g| *g *= share);
-            add_letting_go(&bend.corners, &edge.small, bend.turn, &mut gradient);
+        if share < 1.0 || bend.turn[1] != 1.0 {
+            gradient.iter_mut().for_each(|g| *g *= share * bend.turn[1]);
+            add_letting_go(&bend.corners, &edge.small, bend.turn[0], &mut gradient);
         }
         gradient.map(|g| edge.factor * g)
     }
@@ -311,15 +312,24 @@ impl Patch {
         gradients
     }
 
-    /// ∂²θ at the edges; 0 at a free one.
+    /// ∂²f at the edges; 0 at a free one.
     fn curvatures(&self, bends: &[Bend; 3]) -> [[Mat3; 16]; 3] {
         std::array::from_fn(|k| match self.edges[k] {
-            Some(_) => angle_curvature(&bends[k].corners),
+            Some(_) => {
+                let (mut blocks, [_, rate, bow]) = (angle_curvature(&bends[k].corners), bends[k].turn);
+                if rate != 1.0 {
+                    let gradient = angle_gradient(&bends[k].corners);
+                    for (ij, block) in blocks.iter_mut().enumerate() {
+                        *block = rate * *block + bow * gradient[ij / 4] * gradient[ij % 4].transpose();
+                    }
+                }
+                blocks
+            }
             None => [Mat3::zeros(); 16],
         })
     }
 
-    /// blocks += Σ m ∂²θ over the edges, of moments m.
+    /// blocks += Σ m ∂²f over the edges, of moments m.
     fn add_curvature(
         &self,
         bends: &[Bend; 3],

@@ -9,6 +9,7 @@
 mod area;
 mod bending;
 mod flips;
+mod fold_over;
 mod hinge;
 mod law;
 mod length;

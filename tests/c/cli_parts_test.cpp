@@ -1214,6 +1214,24 @@ void sides_and_pins_are_found() {
   CHECK((cli::read_pin("0,4,7-9", inputs).vertices == std::vector<uint32_t>{0, 4, 7, 8, 9}));
   CHECK(cli::read_pin("box:0,0,0,1,1,1", inputs).box->high[2] == 1 && cli::read_pin("9-7", inputs).group == "9-7");
   CHECK(cli::read_pin("stem", inputs).group == "stem" && inputs.empty());
+  const cli::Support tip = cli::read_pin("nearest:100,0,0", inputs);
+  const std::vector<uint32_t> next_to = cli::find_vertices(tip, mesh, "support");
+  CHECK(next_to.size() == 1 && mesh.vertex(next_to[0])[0] == box.high[0]);
+  std::string why;
+  try {
+    (void)cli::read_pin("nearest:1,2", inputs);
+  } catch (const std::runtime_error &error) {
+    why = error.what();
+  }
+  CHECK(why.find("a place is nearest:X,Y,Z") != std::string::npos);
+  const cli::Wind gusts{{1, 0, 0}, 1.2, 1, 0, 0.5, 0.5};
+  double mean = 0, least = 1, most = 1;
+  for (int k = 0; k < 20000; ++k) {
+    const double share = cli::strength(gusts, 0.01 * k);
+    mean += share / 20000, least = std::min(least, share), most = std::max(most, share);
+  }
+  CHECK(std::fabs(mean - 1) < 0.01 && least < 0.5 && most > 1.5);  // 100 swings of the slowest sinusoid: what is left of the mean is of one
+  CHECK(cli::strength(cli::Wind{}, 3.1) == 1);
 }
 
 cli::Scene scene_of_material(const std::string &lines) {

@@ -39,7 +39,7 @@ if(NOT said MATCHES "it is there already")
 endif()
 
 file(READ "${OUT}/first.toml" scene)
-foreach(line IN ITEMS "[wind]" "velocity" "[[handle]]" "side" "release" "[[handle.key]]" "time" "offset" "[[collider]]" "kind = \"sphere\""
+foreach(line IN ITEMS "[wind]" "velocity" "gust" "[[handle]]" "side" "release" "[[handle.key]]" "time" "offset" "[[collider]]" "kind = \"sphere\""
              "radius" "position" "friction" "[[material.crease]]" "box = [0.049" "factor")
   string(REPLACE "# ${line}" "${line}" scene "${scene}")
 endforeach()

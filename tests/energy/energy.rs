@@ -7,6 +7,7 @@ use shellwarp::energy::{
     plane_stress, rest_quadratic_form,
 };
 use shellwarp::{Mesh, Vec3};
+use std::f64::consts::PI;
 
 fn random_field(rng: &mut StdRng, n: usize) -> Vec<Vec3> {
     (0..n).map(|_| Vec3::from_fn(|_, _| rng.random_range(-1.0..1.0))).collect()
@@ -241,6 +242,40 @@ fn hinge_gradient_holds_past_a_right_angle_and_near_a_half_turn() {
                 let numeric = directional_derivative(&energy, &x, &d, 2e-4);
                 assert_close(&format!("rest {rest}, fold {degrees}"), inner(&g, &d), numeric, 2e-10, scale);
             }
+        }
+    }
+}
+
+/// A triangle and its neighbours, one folded so far about their edge and the others by so much.
+fn neighbours(fold: f64, others: f64) -> Vec<Vec3> {
+    let mut x = hinge(fold);
+    x.extend([Vec3::new(1.1, 0.8, others), Vec3::new(-0.6, 0.5, -0.7 * others)]);
+    x
+}
+
+#[test]
+fn bending_is_smooth_where_an_edge_folds_through_itself() {
+    let mut rng = StdRng::seed_from_u64(10);
+    let triangles = [[0, 1, 2], [1, 0, 3], [2, 1, 4], [0, 2, 5]];
+    for rest in [0.0, 0.4, -1.5] {
+        let mesh = Mesh::new(neighbours(rest, 0.1), &triangles).unwrap();
+        let energy = BendingEnergy::new(&mesh, &plane_stress(9.0, 0.3), &[]);
+        // Steps of 1e-6 rad take the value of a smooth energy by some 1e-6 of itself, and its slope by some 1e-5.
+        let (before, after) = (neighbours(rest + PI - 1e-6, 0.6), neighbours(rest + PI + 1e-6, 0.6));
+        assert_close("value", energy.value(&after), energy.value(&before), 1e-5, 0.0);
+        assert_same_field("slope", &gradient(&energy, &after), &gradient(&energy, &before), 1e-4, 0.0);
+        assert!(energy.value(&before) > 1e-3, "the other edges stay bent");
+        for degrees in [60.0f64, 119.9, 121.0, 135.0, 150.0, 175.0, 179.99, 180.0, -179.99, -150.0, -121.0] {
+            let x = neighbours(rest + degrees.to_radians(), 0.6);
+            let d = random_field(&mut rng, x.len());
+            let numeric = directional_derivative(&energy, &x, &d, 2e-4);
+            let slope = gradient(&energy, &x);
+            let scale = inner(&slope, &slope).sqrt().max(1.0) * inner(&d, &d).sqrt();
+            // Third derivatives jump at 120 degrees and at 180: 1e-7 of a typical slope and 1e-5 of a typical curvature within h of them.
+            assert_close(&format!("rest {rest}, fold {degrees}"), inner(&slope, &d), numeric, 1e-7, scale);
+            let exact = hessian_times(&energy, &x, Curvature::Exact, &d);
+            let numeric = gradient_derivative(&energy, &x, &d, 2e-4);
+            assert_same_field(&format!("rest {rest}, fold {degrees}"), &exact, &numeric, 1e-5, 1.0);
         }
     }
 }
