@@ -261,7 +261,8 @@ std::string verdict(const Run &run, bool chosen, bool compared) {
   const ErrorEstimate worst = run.estimates.empty() ? ErrorEstimate{0, found.error, 0} : worst_estimate(run);
   const double share = run.estimates.empty() ? found.error : share_of_most(run, worst);
   std::string text = error_words(run, worst, share);
-  if (share > kMisleading) text += "; do not trust the picture";
+  const bool lost = found.remaining > kRoughAbove && found.error > kOutOfRange;  // no balance is near
+  if (share > kMisleading || lost) text += "; do not trust the picture";
   const bool full_alone = chosen || run.supports_move;  // other accurate methods do not follow such supports
   if (!compared && share > kOutOfRange) text += "; use --method " + better_methods(found.method, full_alone);
   return text;

@@ -138,6 +138,9 @@ impl Solver {
                 found.short = 0.0;
                 break;
             }
+            if to > CORRECTED && self.factorizations() - earlier >= 2 * solves {
+                break; // rounds that find no end lead to none
+            }
         }
         found.factorizations = self.factorizations() - earlier;
         found.way = self.x.iter().zip(&first).map(|(x, first)| x - first).collect();
