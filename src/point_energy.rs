@@ -61,7 +61,7 @@ impl Point {
 }
 
 /// See the module's text. One that is set on a state has positions in world space. Each W_i is bounded below and has a continuous gradient; its Hessian may jump, as where
-/// a point meets an obstacle. All of it stays as it is while a state has it: what moves is set anew.
+/// a point meets an obstacle. All of it stays as it is while a state has it, but for what a search learns: what moves is set anew.
 pub trait PointEnergy: Send + Sync {
     /// The points that it acts on.
     fn points(&self) -> &[Point];
@@ -79,6 +79,16 @@ pub trait PointEnergy: Send + Sync {
 
     /// It is nearly the energy of the round before, so that a search for this one's end may begin at that one's.
     fn is_nearly_met(&self) -> bool {
+        false
+    }
+
+    /// A search for a step's end may leave so much to be gained, as a part of W: the energy is one of rounds, which make up for it.
+    fn precision(&self) -> f64 {
+        0.0
+    }
+
+    /// Takes what it keeps of forces anew, with the i-th of its points at `p`: what a search learns on its way. Whether it is another W now.
+    fn learn(&self, _i: usize, _p: &Vec3) -> bool {
         false
     }
 
@@ -135,6 +145,14 @@ impl PointEnergy for InFrame {
 
     fn is_nearly_met(&self) -> bool {
         self.energy.is_nearly_met()
+    }
+
+    fn precision(&self) -> f64 {
+        self.energy.precision()
+    }
+
+    fn learn(&self, i: usize, x: &Vec3) -> bool {
+        self.energy.learn(i, &self.axes(i).place(x))
     }
 
     fn is_sudden(&self) -> bool {

@@ -6,6 +6,7 @@
 //!
 //! The anchor is where the probe stuck to the solid, and moves with it.
 
+use super::caps::Caps;
 use super::{HARDNESS_AT_START, MET, Obstacle, Probes, Round, WAY_OUT};
 use crate::Vec3;
 use crate::collider::Touch;
@@ -48,6 +49,8 @@ pub struct Touching {
     pub anchor: Vec3,
     /// a, where it is as the step ends.
     pub held_at: Vec3,
+    /// μ.
+    pub friction: f64,
     /// c.
     pub cap: f64,
     /// As last seen, by distance and not by the half-space.
@@ -77,6 +80,7 @@ impl Touching {
             mass,
             anchor: from,
             held_at: zero,
+            friction: 0.0,
             cap: 0.0,
             gap: 0.0,
             allowed: 0.0,
@@ -156,11 +160,11 @@ impl Touching {
             _ => hardest,
         };
         let pressing = self.stiffness * -self.gap.min(0.0);
-        let friction = if round.h.is_some() { obstacle.friction } else { 0.0 };
+        self.friction = if round.h.is_some() { obstacle.friction } else { 0.0 };
         if round.feels_start {
-            (self.carried, self.allowed, self.cap) = (0.0, 0.0, friction * pressing);
+            (self.carried, self.allowed, self.cap) = (0.0, 0.0, self.friction * pressing);
         } else {
-            (self.carried, self.cap) = (self.force, friction * self.force);
+            (self.carried, self.cap) = (self.force, self.friction * self.force);
         }
         self.held_at = obstacle.place(&self.anchor);
     }
@@ -176,43 +180,43 @@ impl Touching {
     }
 
     /// Friction's energy.
-    pub fn rub(&self, p: &Vec3) -> f64 {
-        if self.cap == 0.0 {
+    pub fn rub(&self, p: &Vec3, cap: f64) -> f64 {
+        if cap == 0.0 {
             return 0.0;
         }
-        let (k, cap, slip) = (self.stiffness, self.cap, self.slip(p).norm());
+        let (k, slip) = (self.stiffness, self.slip(p).norm());
         if k * slip <= cap { 0.5 * k * slip * slip } else { cap * (slip - 0.5 * cap / k) }
     }
 
     /// Its second derivative.
-    pub fn rub_hessian(&self, p: &Vec3) -> Matrix3<f64> {
-        if self.cap == 0.0 {
+    pub fn rub_hessian(&self, p: &Vec3, cap: f64) -> Matrix3<f64> {
+        if cap == 0.0 {
             return Matrix3::zeros();
         }
         let across = Matrix3::identity() - self.normal * self.normal.transpose();
         let slip = self.slip(p);
         let length = slip.norm();
-        if self.stiffness * length <= self.cap {
+        if self.stiffness * length <= cap {
             return self.stiffness * across;
         }
         let along = slip / length;
-        self.cap / length * (across - along * along.transpose())
+        cap / length * (across - along * along.transpose())
     }
 
     /// The slope of friction's energy.
-    pub fn friction(&self, p: &Vec3) -> Vec3 {
-        if self.cap == 0.0 {
+    pub fn rubbing(&self, p: &Vec3, cap: f64) -> Vec3 {
+        if cap == 0.0 {
             return Vec3::zeros();
         }
         let slip = self.slip(p);
         let length = slip.norm();
-        if self.stiffness * length <= self.cap { self.stiffness * slip } else { self.cap / length * slip }
+        if self.stiffness * length <= cap { self.stiffness * slip } else { cap / length * slip }
     }
 
     /// λ of the round that ended with the probe at `p`, of which no more than `strongest` is carried on.
     pub fn settle(&mut self, p: &Vec3, strongest: f64) {
         let force = self.pressing(p).max(0.0);
-        self.pull = force * self.normal - self.friction(p);
+        self.pull = force * self.normal - self.rubbing(p, self.cap);
         self.force = force.min(strongest);
     }
 
@@ -271,6 +275,10 @@ pub struct Pressed {
     pub passive: bool,
     /// The last round closed all gaps: what it left is friction's.
     pub nearly_met: bool,
+    /// [`PointEnergy::precision`].
+    pub precision: f64,
+    /// Friction's caps as a search takes them on its way; without any, those of the list count.
+    learned: Caps,
 }
 
 impl Pressed {
@@ -278,16 +286,34 @@ impl Pressed {
     pub fn reserve(&mut self, n: usize) {
         self.list.reserve(n);
         self.points.reserve(n);
+        self.learned.reserve(n);
+    }
+
+    /// Readies the caps for a search.
+    pub fn teach(&mut self) {
+        self.learned.take(self.list.iter().map(|touch| touch.cap));
+    }
+
+    /// Takes the caps that were learned.
+    pub fn take_caps(&mut self) {
+        self.list.iter_mut().zip(self.learned.all()).for_each(|(touch, cap)| touch.cap = cap);
+        self.learned.clear();
+    }
+
+    fn cap(&self, i: usize) -> f64 {
+        self.learned.get(i).unwrap_or(self.list[i].cap)
     }
 
     /// Forgets all.
     pub fn clear(&mut self) {
+        self.learned.clear();
         self.list.clear();
         self.points.clear();
     }
 
     /// Takes these instead.
     pub fn take(&mut self, list: &[Touching], probes: &Probes) {
+        self.learned.clear();
         self.list.clear();
         self.list.extend_from_slice(list);
         self.name(probes);
@@ -296,6 +322,7 @@ impl Pressed {
     /// Takes these as well: others than there are.
     pub fn add(&mut self, more: &[Touching], probes: &Probes) {
         if !more.is_empty() {
+            self.learned.clear();
             self.list.extend_from_slice(more);
             self.list.sort_unstable_by_key(|touch| (touch.probe, touch.obstacle));
             self.name(probes);
@@ -304,6 +331,7 @@ impl Pressed {
 
     /// Forgets the others.
     pub fn keep(&mut self, kept: impl Fn(&Touching) -> bool) {
+        self.learned.clear();
         let mut each = self.list.iter();
         self.points.retain(|_| each.next().is_some_and(&kept));
         self.list.retain(kept);
@@ -317,6 +345,7 @@ impl Pressed {
     /// Firm, and with friction as it acts at these positions: for a shell that goes on from there.
     pub fn as_pressed(&self, x: &[Vec3]) -> Self {
         let mut pressed = self.clone();
+        pressed.learned.clear();
         for (touch, point) in pressed.list.iter_mut().zip(&self.points) {
             let p = point.place(|v| x[v]);
             touch.stiffness *= FIRM;
@@ -346,6 +375,20 @@ impl PointEnergy for Pressed {
         self.nearly_met
     }
 
+    fn precision(&self) -> f64 {
+        self.precision
+    }
+
+    /// Friction's cap goes by the force that there is. What had no force has no friction in its first round: which of two ways it then takes is
+    /// not for a search on its way to say.
+    fn learn(&self, i: usize, p: &Vec3) -> bool {
+        let touch = &self.list[i];
+        let Some(before) = self.learned.get(i).filter(|_| touch.cap > 0.0) else { return false };
+        let now = touch.friction * touch.pressing(p).max(0.0);
+        self.learned.set(i, now);
+        now != before
+    }
+
     fn is_sudden(&self) -> bool {
         true
     }
@@ -353,18 +396,18 @@ impl PointEnergy for Pressed {
     fn value_at(&self, i: usize, p: &Vec3) -> f64 {
         let touch = &self.list[i];
         let pressing = touch.pressing(p).max(0.0);
-        0.5 * pressing * pressing / touch.stiffness + touch.rub(p)
+        0.5 * pressing * pressing / touch.stiffness + touch.rub(p, self.cap(i))
     }
 
     fn gradient_at(&self, i: usize, p: &Vec3) -> Vec3 {
         let touch = &self.list[i];
-        touch.friction(p) - touch.pressing(p).max(0.0) * touch.normal
+        touch.rubbing(p, self.cap(i)) - touch.pressing(p).max(0.0) * touch.normal
     }
 
     fn hessian_at(&self, i: usize, p: &Vec3, _: Curvature) -> Matrix3<f64> {
         let touch = &self.list[i];
         let normal = touch.normal * touch.normal.transpose();
         let pressed = if touch.pressing(p) > 0.0 { touch.stiffness * normal } else { Matrix3::zeros() };
-        pressed + touch.rub_hessian(p)
+        pressed + touch.rub_hessian(p, self.cap(i))
     }
 }

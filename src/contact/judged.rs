@@ -50,18 +50,19 @@ impl PointEnergy for Judged {
 
     fn value_at(&self, i: usize, p: &Vec3) -> f64 {
         let pressing = self.pressing(i, self.touch(i, p).distance);
-        0.5 * pressing * pressing / self.pressed.list[i].stiffness + self.pressed.list[i].rub(p)
+        0.5 * pressing * pressing / self.pressed.list[i].stiffness
+            + self.pressed.list[i].rub(p, self.pressed.list[i].cap)
     }
 
     fn gradient_at(&self, i: usize, p: &Vec3) -> Vec3 {
         let touch = self.touch(i, p);
-        self.pressed.list[i].friction(p) - self.pressing(i, touch.distance) * touch.normal
+        self.pressed.list[i].rubbing(p, self.pressed.list[i].cap) - self.pressing(i, touch.distance) * touch.normal
     }
 
     fn hessian_at(&self, i: usize, p: &Vec3, curvature: Curvature) -> Matrix3<f64> {
         let touch = self.touch(i, p);
         let force = self.pressing(i, touch.distance);
-        let mut hessian = self.pressed.list[i].rub_hessian(p);
+        let mut hessian = self.pressed.list[i].rub_hessian(p, self.pressed.list[i].cap);
         if force == 0.0 {
             return hessian;
         }

@@ -11,6 +11,7 @@
 //! which joins the method's own. Then λ becomes max(0, λ + k d), and half-spaces are taken anew where the probes came to: the augmented
 //! Lagrangian method (Hestenes, Powell 1969). k decides how many rounds it takes, not where they end. Contacts keep λ from step to step.
 
+mod caps;
 mod energy;
 mod judged;
 mod near;
@@ -59,6 +60,9 @@ const STUCK: f64 = 0.8;
 const PATIENCE: usize = 4;
 /// Rounds also go on while friction is of other normal forces than there are, by more than this part of all of them.
 const FRICTION_MET: f64 = 0.02;
+/// A round of a step ends where the next step of its search would gain less than this part of the contacts' energy: forces are then good to its
+/// root, which that step squares.
+const PRECISION: f64 = 1e-4;
 /// λ/k in a step is at most what the first round leaves to be closed, or this part of the shell's size: what few modes cannot follow is not
 /// forced.
 const FURTHEST: f64 = 0.01;
@@ -425,6 +429,10 @@ impl Contacts {
         }
         let still = pressed.list.iter().all(|touch| touch.allowed == 0.0);
         pressed.passive = still && !obstacles.iter().any(Obstacle::moves);
+        pressed.precision = if round.h.is_some() { PRECISION } else { 0.0 };
+        if round.h.is_some() && !round.feels_start {
+            pressed.teach();
+        }
     }
 
     /// Takes the forces of the round that ended, and half-spaces anew. Returns what is left, and whether friction was that
@@ -432,7 +440,9 @@ impl Contacts {
     fn press(&mut self, round: Round) -> (f64, bool) {
         let Self { obstacles, probes, pressed, start, end, strongest, summary, .. } = self;
         let (mut left, mut missed, mut rubbing, mut turned) = (0.0f64, 0.0, 0.0, false);
-        for touch in &mut Arc::make_mut(pressed).list {
+        let pressed = Arc::make_mut(pressed);
+        pressed.take_caps();
+        for touch in &mut pressed.list {
             let obstacle = &obstacles[touch.obstacle as usize];
             let point = &probes.points[touch.probe as usize];
             let (from, to) = (point.place(|v| start[v]), point.place(|v| end[v]));

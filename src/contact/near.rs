@@ -30,6 +30,18 @@ const PAUSE: u32 = 16;
 pub struct Pair {
     pub patch: u32,
     pub probe: u32,
+    /// How far it was from the solid where the lists were made.
+    pub distance: f64,
+}
+
+/// By how much the distance to a solid changes with the way, at most.
+fn slope(obstacle: &Obstacle) -> f64 {
+    if obstacle.solid.surface_error() == 0.0 { 1.0 } else { SLOPE }
+}
+
+/// How far from a solid what may have come nearer by `way` can be from its surface.
+fn reach(obstacle: &Obstacle, way: f64) -> f64 {
+    slope(obstacle) * (obstacle.solid.surface_error() + way)
 }
 
 /// See the module's text.
@@ -48,6 +60,8 @@ pub struct Near {
     /// How far any solid may have come since: up to this step, and in it.
     moved: f64,
     way: f64,
+    /// How much nearer shell and solids may have come by the end of this round.
+    came: f64,
     /// The longest way of a step of late.
     longest: f64,
     /// Steps since, and how often the skin is to be doubled.
@@ -89,7 +103,8 @@ impl Near {
         if self.valid {
             self.way = led;
             self.longest = self.longest.max(way + led);
-            self.valid = self.moved + led + change + ROUNDING * size <= self.skin; // NaN does not
+            self.came = self.moved + led + change + ROUNDING * size;
+            self.valid = self.came <= self.skin; // NaN does not
             if !self.valid {
                 self.wear_out();
             }
@@ -131,9 +146,14 @@ impl Near {
         self.pause == 0
     }
 
-    /// Probes that may touch a solid, by patches.
+    /// Probes near a solid, by patches.
     pub fn of(&self, obstacle: usize) -> &[Pair] {
         &self.pairs[self.first[obstacle]..self.first[obstacle + 1]]
+    }
+
+    /// A probe that is no farther than this where the lists were made may touch the solid in this round.
+    pub fn reach(&self, obstacle: &Obstacle) -> f64 {
+        reach(obstacle, self.came)
     }
 
     /// The vertices that rounds are to place, ascending; none where these are nearly all.
@@ -162,10 +182,10 @@ impl Near {
         self.first.clear();
         self.first.push(0);
         for obstacle in obstacles {
-            let reach = SLOPE * (obstacle.solid.surface_error() + skin);
+            let reach = reach(obstacle, skin);
             let begin = obstacle.begins();
             for (patch, ball) in starts.iter().enumerate() {
-                let around = reach + SLOPE * ball.radius;
+                let around = reach + slope(obstacle) * ball.radius;
                 if begin.is_some_and(|begin| begin.is_far(&ball.center, around))
                     || obstacle.touch_within(&obstacle.at_start(&ball.center), around).is_none()
                 {
@@ -173,16 +193,15 @@ impl Near {
                 }
                 for probe in probes.patch(patch) {
                     let place = probes.points[probe].place(|v| start[v]);
-                    if begin.is_some_and(|begin| begin.is_far(&place, reach))
-                        || obstacle.touch_within(&obstacle.at_start(&place), reach).is_none()
-                    {
+                    if begin.is_some_and(|begin| begin.is_far(&place, reach)) {
                         continue;
                     }
+                    let Some(touch) = obstacle.touch_within(&obstacle.at_start(&place), reach) else { continue };
                     if self.pairs.len() == room {
                         self.doublings = 0;
                         return;
                     }
-                    self.pairs.push(Pair { patch: patch as u32, probe: probe as u32 });
+                    self.pairs.push(Pair { patch: patch as u32, probe: probe as u32, distance: touch.distance });
                 }
             }
             self.first.push(self.pairs.len());

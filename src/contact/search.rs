@@ -13,17 +13,14 @@ impl Contacts {
         self.found.clear();
         let (mut left, mut deepest) = (0.0f64, 0.0f64);
         let near = std::mem::take(&mut self.near);
-        let mut look =
-            |contacts: &mut Self, solid: (usize, Option<Around>), probes: &mut dyn Iterator<Item = usize>| {
-                let (short, deep) = contacts.find_in(solid, probes, round);
-                left = left.max(short);
-                deepest = deepest.max(deep);
-            };
+        let mut note = |(short, deep): (f64, f64)| (left, deepest) = (left.max(short), deepest.max(deep));
         for o in 0..self.obstacles.len() {
             let around = self.obstacles[o].around();
             if near.holds() {
+                let reach = near.reach(&self.obstacles[o]);
                 for patch in near.of(o).chunk_by(|a: &Pair, b: &Pair| a.patch == b.patch) {
-                    look(self, (o, around), &mut patch.iter().map(|pair| pair.probe as usize));
+                    let within = patch.iter().filter(|pair| pair.distance <= reach);
+                    note(self.find_in((o, around), within.map(|pair| pair.probe as usize), round));
                 }
                 continue;
             }
@@ -34,8 +31,7 @@ impl Contacts {
                 {
                     continue;
                 }
-                let mut probes = self.probes.patch(patch);
-                look(self, (o, around), &mut probes);
+                note(self.find_in((o, around), self.probes.patch(patch), round));
             }
         }
         self.near = near;
@@ -54,7 +50,7 @@ impl Contacts {
     fn find_in(
         &mut self,
         (o, around): (usize, Option<Around>),
-        looked_at: &mut dyn Iterator<Item = usize>,
+        looked_at: impl Iterator<Item = usize>,
         round: Round,
     ) -> (f64, f64) {
         let Self { obstacles, probes, pressed, start, end, found, all, summary, way, .. } = self;

@@ -16,7 +16,7 @@ pub enum Integrator {
 const LARGEST_RATE: f64 = 4.0;
 
 /// Coefficients of one mode: c ≥ 0 and λ ≥ 0.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Oscillator {
     /// Damping coefficient c, 1/s.
     pub damping: f64,

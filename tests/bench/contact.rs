@@ -17,7 +17,7 @@ use common::{equilateral_sheet, leaf};
 use shellwarp::collider::{GridOptions, Solid};
 use shellwarp::contact::Obstacle;
 use shellwarp::model::{Model, Options};
-use shellwarp::state::{Method, Space, State};
+use shellwarp::state::{Damping, Method, Space, State};
 use shellwarp::step::Integrator;
 use shellwarp::support::Pose;
 use shellwarp::{Material, Mesh, Shell, Supports, Vec3};
@@ -126,6 +126,9 @@ fn sheets(cells: usize) -> Vec<Contestant> {
         places.map(|origin| Obstacle::new(solid.clone(), Pose { origin, ..Pose::identity() })).collect::<Vec<_>>()
     };
     let mut all = vec![contestant(&held, "none", vec![])];
+    let mut carried = contestant(&held, "held, 10 balls that all carry", carrying(&held, RADIUS));
+    carried.state.set_damping(&damped()).unwrap(); // else it bounces for minutes
+    all.push(carried);
     for (model, how, counts) in [(&held, "held, ", [1, 1]), (&free, "free, ", [5, 2]), (&free, "free, ", [10, 10])] {
         for (as_grid, what) in [(false, "balls"), (true, "balls' grids")] {
             let name = format!("{how}{} {what}", counts[0] * counts[1]);
@@ -133,6 +136,34 @@ fn sheets(cells: usize) -> Vec<Contestant> {
         }
     }
     all
+}
+
+/// Ten balls under a held sheet, each where it carries a fourteenth of the weight: below points at which such forces bend it to where it touches.
+fn carrying(model: &Arc<Model>, radius: f64) -> Vec<Obstacle> {
+    let mesh = &model.shell.mesh;
+    let mut state = State::new(model.clone(), Method::Warp, Integrator::Exact).unwrap();
+    state.set_damping(&damped()).unwrap();
+    let middle = mesh.positions.iter().sum::<Vec3>() / mesh.positions.len() as f64;
+    let nearest = |i: usize| {
+        let [x, y] = [(i / 2) as f64 / 4.0 - 0.5, (i % 2) as f64 - 0.5];
+        let to = middle + Vec3::new(0.1 + 0.6 * x, 0.5 * y, 0.0);
+        let away = |v: &usize| (mesh.positions[*v] - to).norm();
+        (0..mesh.positions.len()).min_by(|a, b| away(a).total_cmp(&away(b))).unwrap() as u32
+    };
+    let points: Vec<u32> = (0..10).map(nearest).collect();
+    let share = 9.81 * model.shell.total_mass / 14.0;
+    state.set_gravity(Vec3::new(0.0, 0.0, -9.81)).unwrap();
+    state.set_forces(points.iter().map(|v| (*v, Vec3::new(0.0, 0.0, share))), false).unwrap();
+    (0..600).for_each(|_| state.step(FRAME).unwrap());
+    let mut x = vec![Vec3::zeros(); mesh.positions.len()];
+    state.positions(Space::World, |v, p| x[v] = p);
+    let ball = Arc::new(ball(radius, false));
+    let below = |v: &u32| Pose { origin: x[*v as usize] - radius * Vec3::z(), ..Pose::identity() };
+    points.iter().map(|v| Obstacle::new(ball.clone(), below(v))).collect()
+}
+
+fn damped() -> Damping {
+    Damping { mass_coefficient: 5.0, ..Damping::default() }
 }
 
 /// Mean seconds of a step, and of reading the positions.

@@ -213,11 +213,18 @@ fn nothing_passes_through_a_fast_ball() {
                 met = met.max(state.contact_summary().count);
                 deepest = deepest.max(depth(&state, &ball, &pose));
                 let after: Vec<Vec3> = positions(&state).iter().map(|x| x - pose.origin).collect();
-                // In the ball's axes: from before the ball to behind it, through the middle of it.
-                for (a, b) in before.iter().zip(&after).filter(|(a, b)| a.z > 0.0 && b.z < 0.0) {
+                // In the ball's axes: from before the ball to behind it, through the middle of it. The line between is not the way of a vertex
+                // that itself went farther than the ball: by the warp some are flung around it, at five radii, in a step of 1/15 s.
+                let ahead = before.iter().zip(&after).filter(|(a, b)| a.z > 0.0 && b.z < 0.0);
+                for (a, b) in ahead.filter(|(a, b)| (*b - *a + speed * h * Vec3::z()).norm() <= speed * h) {
                     let middle = a + a.z / (a.z - b.z) * (b - a);
                     through += usize::from(middle.xy().norm() < 0.5 * radius);
                 }
+                // Those are told, as the library follows them in parts of the step; and none is left behind the ball.
+                assert_eq!(state.contact_summary().passed, 0, "{method} r {radius}");
+                let behind = |b: &&Vec3| b.z < 0.0 && b.xy().norm() < 0.5 * radius;
+                let came = before.iter().zip(&after).filter(|(a, b)| a.z > 0.0 && behind(b)).count();
+                assert_eq!(came, 0, "{method} r {radius}");
                 before = after;
             }
             println!(

@@ -1,6 +1,7 @@
 //! Motion in modal coordinates: the warp, rotation–strain reconstruction and linear modal analysis, by the [`Map`] of each.
 
 mod constraints;
+mod joint;
 mod map;
 mod mapped;
 mod motion;
@@ -25,7 +26,8 @@ use crate::step::guard::Pull;
 use crate::step::{ForceLaw, Integrator, Oscillator};
 use crate::{Error, ErrorKind, Model, Result};
 use constraints::{ModalConstraints, Step};
-use points::{PointSearch, Spring};
+use joint::Spring;
+use points::PointSearch;
 use shapes::Placing;
 use std::sync::Arc;
 use supports::SupportMotion;
@@ -304,14 +306,12 @@ impl<M: Map> Modal<M> {
         let mut search = self.search.take().unwrap_or_else(|| PointSearch::new(self.damping.len(), self.q.len()));
         let goes_on = std::mem::replace(&mut search.goes_on, true);
         if !goes_on {
-            for k in 0..self.damping.len() {
-                let oscillator = Oscillator { damping: self.step_damping(k, h), eigenvalue: self.basis.eigenvalues[k] };
-                (search.gamma[k], search.rate[k]) = oscillator.handle_response(self.integrator, h);
-            }
+            search.respond((h, self.integrator), &self.basis.eigenvalues, |k| self.step_damping(k, h));
             search.free.iter_mut().zip(&self.next).for_each(|(free, next)| free.copy_from_slice(next));
         }
         search.exact = self.map.vertices().is_some() || !self.constraints.set().is_empty();
-        if search.exact || !(goes_on && energy.is_nearly_met()) {
+        search.continues = !search.exact && goes_on && energy.is_nearly_met();
+        if !search.continues {
             search.moved.copy_from_slice(&self.next[0]);
         }
         search.center.copy_from_slice(&self.next[0]);

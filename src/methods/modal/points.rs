@@ -7,12 +7,14 @@
 //!
 //! found by Newton's method with JᵀHJ for the Hessian of W, H semidefinite: a descent direction whatever the shape, and a line search.
 
+use super::joint::{Joint, Spring};
 use super::mapped::Mapped;
 use super::shapes::{At, Placing, Shapes};
 use super::square::{Square, dot, padded, rows};
 use crate::Vec3;
 use crate::energy::Curvature;
 use crate::point_energy::{Point, PointEnergy};
+use crate::step::{Integrator, Oscillator};
 use crate::warp::Entry;
 use nalgebra::Matrix3;
 
@@ -23,9 +25,13 @@ const HALVINGS: usize = 40;
 const DECREASE: f64 = 1e-4;
 /// Converged when a step would gain this part of the terms' size: of q, its root.
 const GAIN: f64 = 1e-22;
-/// A step that would gain less than this part, and than the second number beside the step before it, is the last.
+/// A step that would gain less than this part, or than W's own ([`PointEnergy::precision`]), and than the second number beside the step
+/// before it, is the last.
 const LITTLE: f64 = 1e-15;
-const FALL: f64 = 1e-3;
+const FALL: f64 = 0.1;
+/// How often W may learn in a search, and where: after a step that gained less than this part of W, so that forces are good to a third.
+const LEARNINGS: usize = 8;
+const LEARNS: f64 = 0.1;
 /// Of these terms, what rounding may hide.
 const ROUNDING: f64 = 1e-15;
 
@@ -35,70 +41,14 @@ const HARD: f64 = 1e3;
 const MEETINGS: usize = 30;
 const NEAR: f64 = 1e-11;
 
-/// A handle as a spring, with the force that it had last on top.
+/// What is minimized.
 #[derive(Clone, Copy)]
-pub struct Spring {
-    /// Where its vertex is to be, frame axes.
-    pub target: Vec3,
-    /// Projects onto the directions that it holds.
-    pub held: Matrix3<f64>,
-    /// Of the handle, m/N.
-    pub compliance: f64,
-    /// k.
-    stiffness: f64,
-    /// On the handle.
-    force: Vec3,
-}
-
-impl Spring {
-    /// Without a force; `stiffness` decides how fast the handle is met, not where.
-    pub fn new(target: Vec3, held: Matrix3<f64>, compliance: f64) -> Self {
-        Self { target, held, compliance, stiffness: 0.0, force: Vec3::zeros() }
-    }
-
-    /// The stiffness of both springs in a row.
-    fn joint_stiffness(&self) -> f64 {
-        (self.compliance + self.stiffness.recip()).recip()
-    }
-
-    /// The force with the vertex at `p`.
-    fn pull(&self, p: &Vec3) -> Vec3 {
-        self.joint_stiffness() * (self.held * (p - self.target) + self.force / self.stiffness)
-    }
-}
-
-/// An energy of points and handles as springs in one: the augmented Lagrangian (Hestenes, Powell 1969).
-struct Joint<'a> {
-    energy: &'a dyn PointEnergy,
-    /// Of the energy and then of the springs.
-    points: &'a [Point],
-    springs: &'a [Spring],
-}
-
-impl Joint<'_> {
-    fn spring(&self, i: usize) -> Option<&Spring> {
-        self.springs.get(i.wrapping_sub(self.points.len() - self.springs.len()))
-    }
-}
-
-impl PointEnergy for Joint<'_> {
-    fn points(&self) -> &[Point] {
-        self.points
-    }
-
-    fn value_at(&self, i: usize, p: &Vec3) -> f64 {
-        let value = |spring: &Spring| 0.5 * spring.pull(p).norm_squared() / spring.joint_stiffness();
-        self.spring(i).map_or_else(|| self.energy.value_at(i, p), value)
-    }
-
-    fn gradient_at(&self, i: usize, p: &Vec3) -> Vec3 {
-        self.spring(i).map_or_else(|| self.energy.gradient_at(i, p), |spring| spring.pull(p))
-    }
-
-    fn hessian_at(&self, i: usize, p: &Vec3, curvature: Curvature) -> Matrix3<f64> {
-        let hessian = |spring: &Spring| spring.joint_stiffness() * spring.held;
-        self.spring(i).map_or_else(|| self.energy.hessian_at(i, p, curvature), hessian)
-    }
+struct Value {
+    all: f64,
+    /// W's part of it.
+    joined: f64,
+    /// Of its terms.
+    size: f64,
 }
 
 /// Room for the search; none before the first.
@@ -107,6 +57,8 @@ pub struct PointSearch {
     /// Γ and r of each mode.
     pub gamma: Vec<f64>,
     pub rate: Vec<f64>,
+    /// What they were made for.
+    made_for: (f64, Option<Integrator>, Vec<Oscillator>),
     /// They are of this step, and q⁺ is the end of its last round.
     pub goes_on: bool,
     /// q and q̇ at the end of the step without constraints and W.
@@ -118,6 +70,8 @@ pub struct PointSearch {
     pub start: Vec<f64>,
     /// No step is taken on trust: other conditions are met in turns with this one.
     pub exact: bool,
+    /// q⁺ is the end of the last round, else a guess.
+    pub continues: bool,
     /// Γ⁻¹.
     stiff: Vec<f64>,
     gradient: Vec<f64>,
@@ -132,6 +86,8 @@ pub struct PointSearch {
     shapes: Shapes,
     /// What vertices share at some q.
     shared: Vec<Matrix3<f64>>,
+    /// Where points are at the last value that was taken.
+    places: Vec<Vec3>,
     /// What corners move by at q, along Δ, and at the trial.
     sums: [Vec<[f64; 6]>; 3],
 }
@@ -142,12 +98,14 @@ impl PointSearch {
         Self {
             gamma: vec![0.0; modes],
             rate: vec![0.0; modes],
+            made_for: (0.0, None, vec![Oscillator::default(); modes]),
             goes_on: false,
             free: [vec![0.0; amplitudes], vec![0.0; amplitudes]],
             center: vec![0.0; amplitudes],
             moved: vec![0.0; amplitudes],
             start: vec![0.0; amplitudes],
             exact: false,
+            continues: false,
             stiff: vec![0.0; modes],
             gradient: vec![0.0; modes],
             direction: vec![0.0; modes],
@@ -157,6 +115,7 @@ impl PointSearch {
             trial: vec![0.0; amplitudes],
             shapes: Shapes::default(),
             shared: vec![],
+            places: vec![],
             sums: Default::default(),
         }
     }
@@ -169,7 +128,22 @@ impl PointSearch {
             self.mapped.get_or_insert_with(|| Box::new(Mapped::new(self.gamma.len())));
         }
         self.shared.reserve((fields * (1 + amplitudes)).saturating_sub(self.shared.len()));
+        self.places.reserve(points.saturating_sub(self.places.len()));
         self.sums.iter_mut().for_each(|sums| sums.reserve((2 * points).saturating_sub(sums.len())));
+    }
+
+    /// Sets Γ and r of modes with these eigenvalues, each with its damping.
+    pub fn respond(&mut self, (h, integrator): (f64, Integrator), eigenvalues: &[f64], damping: impl Fn(usize) -> f64) {
+        let Self { made_for, gamma, rate, .. } = self;
+        let same = made_for.0 == h && made_for.1 == Some(integrator);
+        (made_for.0, made_for.1) = (h, Some(integrator));
+        for k in 0..gamma.len() {
+            let oscillator = Oscillator { damping: damping(k), eigenvalue: eigenvalues[k] };
+            if !same || oscillator != made_for.2[k] {
+                made_for.2[k] = oscillator;
+                (gamma[k], rate[k]) = oscillator.handle_response(integrator, h);
+            }
+        }
     }
 
     /// Moves q⁺ from any guess to the minimum about c.
@@ -244,23 +218,16 @@ impl PointSearch {
         [sums, along, there]: [&mut Vec<[f64; 6]>; 3],
     ) {
         self.stiff.iter_mut().zip(&self.gamma).for_each(|(stiff, gamma)| *stiff = gamma.recip());
-        self.shapes.combine(q, sums);
-        let (mut value, mut size) = self.value(placing, energy, center, (q, sums));
-        self.trial.copy_from_slice(&self.start);
-        self.shapes.combine(&self.start, there);
-        let begun = self.trial_value(placing, energy, center, there);
-        if begun.0 < value {
-            (value, size) = begun;
-            q.copy_from_slice(&self.start);
-            std::mem::swap(sums, there);
-        }
-        let mut last = 0.0;
+        let mut now = self.begin(placing, energy, center, (q, sums, there));
+        let precision = if self.exact { 0.0 } else { energy.precision() };
+        let (mut last, mut learned) = (0.0, 0);
         for _ in 0..STEPS {
             let Some(slope) = self.find_direction(placing, energy, center, (q, sums)) else { return };
-            if -slope <= GAIN * size {
+            if -slope <= GAIN * now.size {
                 return;
             }
-            if !self.exact && -slope <= LITTLE * size && -slope <= FALL * last {
+            let little = (LITTLE * now.size).max(precision * now.joined);
+            if !self.exact && -slope <= little && -slope <= FALL * last {
                 q.iter_mut().zip(&self.direction).for_each(|(q, way)| *q += way);
                 return;
             }
@@ -275,16 +242,56 @@ impl PointSearch {
                 there.clear();
                 let both = sums.iter().zip(&*along);
                 there.extend(both.map(|(sums, along)| std::array::from_fn(|c| sums[c] + share * along[c])));
-                let (end, size_there) = self.trial_value(placing, energy, center, there);
-                if end - value <= DECREASE * share * slope + ROUNDING * size {
-                    (value, size) = (end, size_there);
+                let end = self.trial_value(placing, energy, center, there);
+                if end.all - now.all <= DECREASE * share * slope + ROUNDING * now.size {
+                    now = end;
                     break;
                 }
                 share *= 0.5;
             }
             q.copy_from_slice(&self.trial);
             std::mem::swap(sums, there);
+            if learned < LEARNINGS && last <= LEARNS * now.joined && self.learn(energy) {
+                learned += 1;
+                let joined = self.places.iter().enumerate().map(|(i, p)| energy.value_at(i, p)).sum::<f64>();
+                now = Value { all: now.all + (joined - now.joined), joined, ..now };
+            }
         }
+    }
+
+    /// Begins at q⁺, or where the step did if that is nearer to the end.
+    fn begin<E: Entry>(
+        &mut self,
+        placing: &Placing<E>,
+        energy: &dyn PointEnergy,
+        center: &[f64],
+        (q, sums, there): (&mut [f64], &mut Vec<[f64; 6]>, &mut Vec<[f64; 6]>),
+    ) -> Value {
+        self.shapes.combine(q, sums);
+        let now = self.value(placing, energy, center, (q, sums));
+        if self.continues {
+            return now;
+        }
+        self.trial.copy_from_slice(&self.start);
+        self.shapes.combine(&self.start, there);
+        let begun = self.trial_value(placing, energy, center, there);
+        if begun.all < now.all || now.all.is_nan() {
+            q.copy_from_slice(&self.start);
+            std::mem::swap(sums, there);
+            return begun;
+        }
+        if placing.vertices.is_none() {
+            self.value(placing, energy, center, (q, sums)); // for the places
+        }
+        now
+    }
+
+    /// Lets W learn from where the last value was taken; whether it is another now.
+    fn learn(&self, energy: &dyn PointEnergy) -> bool {
+        if self.exact {
+            return false;
+        }
+        self.places.iter().enumerate().fold(false, |another, (i, p)| energy.learn(i, p) | another)
     }
 
     fn trial_value<E: Entry>(
@@ -293,21 +300,20 @@ impl PointSearch {
         energy: &dyn PointEnergy,
         center: &[f64],
         sums: &[[f64; 6]],
-    ) -> (f64, f64) {
+    ) -> Value {
         let trial = std::mem::take(&mut self.trial);
         let value = self.value(placing, energy, center, (&trial, sums));
         self.trial = trial;
         value
     }
 
-    /// What is minimized, and the size of its terms.
     fn value<E: Entry>(
         &mut self,
         placing: &Placing<E>,
         energy: &dyn PointEnergy,
         center: &[f64],
         (q, sums): (&[f64], &[[f64; 6]]),
-    ) -> (f64, f64) {
+    ) -> Value {
         placing.share(q, false, &mut self.shared);
         let (mut value, mut size) = (0.0, f64::MIN_POSITIVE);
         if placing.vertices.is_some() {
@@ -322,8 +328,11 @@ impl PointSearch {
             }
         }
         let at = At { q, shared: &self.shared, sums };
-        let joined = |(i, point): (usize, &Point)| energy.value_at(i, &placing.place_point(point, &self.shapes, i, at));
-        (value + energy.points().iter().enumerate().map(joined).sum::<f64>(), size)
+        let Self { places, shapes, .. } = self;
+        places.clear();
+        places.extend(energy.points().iter().enumerate().map(|(i, point)| placing.place_point(point, shapes, i, at)));
+        let joined = places.iter().enumerate().map(|(i, p)| energy.value_at(i, p)).sum::<f64>();
+        Value { all: value + joined, joined, size }
     }
 
     /// Sets Δ; returns the slope along it, or none without a finite one.
@@ -335,27 +344,23 @@ impl PointSearch {
         (q, sums): (&[f64], &[[f64; 6]]),
     ) -> Option<f64> {
         placing.share(q, true, &mut self.shared);
-        let Self { stiff, gamma, gradient, direction, hessian, mapped, jacobian, shapes, shared, .. } = self;
+        let Self { stiff, gamma, gradient, direction, hessian, mapped, jacobian, shapes, shared, places, .. } = self;
         let at = At { q, shared, sums };
         if placing.vertices.is_some() {
             let mapped = mapped.get_or_insert_with(|| Box::new(Mapped::new(gamma.len())));
             return mapped.find_direction((placing, energy, shapes), (gamma, center, at), (jacobian, direction));
         }
         hessian.set_diagonal(stiff);
-        for (k, (gradient, stiff)) in gradient.iter_mut().zip(&*stiff).enumerate() {
-            *gradient = stiff * (q[k] - center[k]);
-        }
         for (i, point) in energy.points().iter().enumerate() {
-            let x = placing.place_point(point, shapes, i, at);
-            let (force, stiffness) = (energy.gradient_at(i, &x), energy.hessian_at(i, &x, Curvature::Semidefinite));
-            let stiff_there = stiffness != Matrix3::zeros();
-            if stiff_there || force != Vec3::zeros() {
+            let (force, stiffness) =
+                (energy.gradient_at(i, &places[i]), energy.hessian_at(i, &places[i], Curvature::Semidefinite));
+            if stiffness != Matrix3::zeros() || force != Vec3::zeros() {
                 placing.derive_point(point, shapes, i, at, (stiff.len(), jacobian));
-                add_along(jacobian, &force, gradient);
+                hessian.add(jacobian, &stiffness, &force);
             }
-            if stiff_there {
-                hessian.add(jacobian, &stiffness);
-            }
+        }
+        for (k, (gradient, along)) in gradient.iter_mut().zip(hessian.along()).enumerate() {
+            *gradient = stiff[k] * (q[k] - center[k]) + along;
         }
         direction.iter_mut().zip(&*gradient).for_each(|(way, slope)| *way = -slope);
         if !hessian.solve(direction) {

@@ -1,7 +1,7 @@
 //! How amplitudes place single points, and the derivative of that.
 
 use super::constraints::VertexMap;
-use super::square::{self, Line, lines, lines_mut, padded, plus_three, sum};
+use super::square::{self, Line, lines, lines_mut, padded, plus, sum};
 use crate::Vec3;
 use crate::point_energy::Point;
 use crate::warp::{Basis, Entry, warp, warp_with_derivative};
@@ -60,8 +60,8 @@ impl<E: Entry> Placing<'_, E> {
         (modes, jacobian): (usize, &mut [f64]),
     ) {
         let stride = padded(modes);
-        jacobian.fill(0.0);
         if self.vertices.is_some() {
+            jacobian.fill(0.0);
             let (linear, fields) = shapes.of(i).split_at(3 * at.q.len());
             let slopes = &at.shared[fields.len() / 3..];
             for (k, row) in linear.chunks_exact(3).enumerate().take(modes) {
@@ -74,14 +74,16 @@ impl<E: Entry> Placing<'_, E> {
         }
         let corners =
             point.corners().zip(&at.sums[shapes.corners(i)]).zip(shapes.of(i).chunks_exact(6 * shapes.stride));
-        for (((_, w), sums), rows) in corners {
+        for (c, (((_, w), sums), rows)) in corners.enumerate() {
             let (linear, turn) = split(sums);
             let (_, by_linear, by_w) = warp_with_derivative(&turn, &linear, self.warped);
-            let [by_linear, by_w] = [w * by_linear, w * by_w].map(|by| by.transpose().data.0);
-            shapes.arch.dispatch(Move { strides: [stride, shapes.stride], rows, by_linear, by_w, jacobian });
+            let by = [by_linear, by_w].map(|by| if w == 1.0 { by.data.0 } else { (w * by).data.0 });
+            shapes.arch.dispatch(Move { strides: [stride, shapes.stride], rows, by, anew: c == 0, jacobian });
         }
-        // Support fields, which stay.
-        jacobian.chunks_exact_mut(stride).for_each(|row| row[modes..].fill(0.0));
+        if at.q.len() > modes {
+            // Support fields, which stay.
+            jacobian.chunks_exact_mut(stride).for_each(|row| row[modes..].fill(0.0));
+        }
     }
 }
 
@@ -103,6 +105,8 @@ pub struct Shapes {
     /// Of a row.
     stride: usize,
     mapped: bool,
+    /// p in whole lines.
+    whole: Vec<f64>,
     arch: Arch,
 }
 
@@ -110,6 +114,7 @@ impl Shapes {
     pub fn expect(&mut self, points: usize, modes: usize, fields: usize) {
         let corners = 2 * points; // a vertex or two
         self.points.reserve(points.saturating_sub(self.points.len()));
+        self.whole.reserve(padded(modes));
         self.first.reserve((points + 1).saturating_sub(self.first.len()));
         let rows = (corners * 6 * padded(modes)).max(3 * (modes + fields) * points);
         self.rows.reserve(rows.saturating_sub(self.rows.len()));
@@ -158,23 +163,28 @@ impl Shapes {
     }
 
     /// Sets Φp and Ψp of each corner, which a map has no need of.
-    pub fn combine(&self, p: &[f64], sums: &mut Vec<[f64; 6]>) {
+    pub fn combine(&mut self, p: &[f64], sums: &mut Vec<[f64; 6]>) {
         sums.clear();
         if self.mapped || self.stride == 0 {
             return;
         }
-        self.arch.dispatch(Combine { shapes: self, p, sums });
+        let mut whole = std::mem::take(&mut self.whole);
+        whole.clear();
+        whole.extend_from_slice(p);
+        whole.resize(self.stride, 0.0);
+        self.arch.dispatch(Combine { shapes: self, p: lines(&whole), sums });
+        self.whole = whole;
     }
 }
 
-/// Adds the motion of a corner by each mode.
+/// Adds the motion of a corner by each mode, or begins with it.
 struct Move<'a> {
     /// Of rows of J and of the corner.
     strides: [usize; 2],
     rows: &'a [f64],
-    /// Rows of the derivatives.
-    by_linear: [[f64; 3]; 3],
-    by_w: [[f64; 3]; 3],
+    /// Columns of the derivatives by Φq and by Ψq.
+    by: [[[f64; 3]; 3]; 2],
+    anew: bool,
     jacobian: &'a mut [f64],
 }
 
@@ -183,15 +193,16 @@ impl WithSimd for Move<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let Self { strides: [stride, own], rows, by_linear, by_w, jacobian } = self;
+        let Self { strides: [stride, own], rows, by: [linear, turned], anew, jacobian } = self;
         let (phi, psi) = rows.split_at(3 * own);
         let [x, y, z] = square::rows(phi, own).map(lines);
         let [u, v, w] = square::rows(psi, own).map(lines);
         for (axis, out) in jacobian.chunks_exact_mut(stride).enumerate() {
             let ways = x.iter().zip(y).zip(z).zip(u).zip(v).zip(w);
             for (out, (((((x, y), z), u), v), w)) in lines_mut(out).iter_mut().zip(ways) {
-                let moved = plus_three(*out, by_linear[axis], *x, *y, *z);
-                *out = plus_three(moved, by_w[axis], *u, *v, *w);
+                let begun = if anew { Line::default() } else { *out };
+                let moved = plus(plus(plus(begun, linear[0][axis], *x), linear[1][axis], *y), linear[2][axis], *z);
+                *out = plus(plus(plus(moved, turned[0][axis], *u), turned[1][axis], *v), turned[2][axis], *w);
             }
         }
     }
@@ -200,7 +211,7 @@ impl WithSimd for Move<'_> {
 /// [`Shapes::combine`].
 struct Combine<'a> {
     shapes: &'a Shapes,
-    p: &'a [f64],
+    p: &'a [Line],
     sums: &'a mut Vec<[f64; 6]>,
 }
 
@@ -210,20 +221,16 @@ impl WithSimd for Combine<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
         let Self { shapes, p, sums } = self;
-        let (p, p_rest) = p.as_chunks::<{ square::LINE }>();
-        let n = shapes.stride / square::LINE;
+        let n = p.len();
         for rows in lines(&shapes.rows).chunks_exact(6 * n) {
             let mut all = [Line::default(); 6];
             for (l, p) in p.iter().enumerate() {
-                for (c, sums) in all.iter_mut().enumerate() {
+                for (c, sum) in all.iter_mut().enumerate() {
                     let row = rows[c * n + l];
-                    *sums = std::array::from_fn(|i| sums[i] + row[i] * p[i]);
+                    *sum = std::array::from_fn(|i| sum[i] + row[i] * p[i]);
                 }
             }
-            sums.push(std::array::from_fn(|c| {
-                let rest = p_rest.iter().enumerate().fold(0.0, |rest, (i, q)| rest + rows[c * n + p.len()][i] * q);
-                sum(&all[c]) + rest
-            }));
+            sums.push(all.map(|line| sum(&line)));
         }
     }
 }

@@ -1,12 +1,13 @@
-//! A symmetric positive matrix D + Σ J H Jᵀ with D diagonal, H 3 × 3: its sum, and its solutions by Cholesky's factors.
+//! A symmetric positive matrix D + Σ J H Jᵀ with D diagonal, H 3 × 3: its sum, and its solutions by factors L D Lᵀ. Beside it Σ J f.
 //!
 //! It is held in blocks of four rows and columns. All sums are in one order, whatever the processor's registers, so that all have the same bits.
 
+use crate::Vec3;
 use nalgebra::Matrix3;
 use pulp::{Arch, Simd, WithSimd};
 
 /// Numbers of a line.
-pub const LINE: usize = 4;
+const LINE: usize = 4;
 pub type Line = [f64; LINE];
 /// Columns of four rows.
 type Block = [Line; LINE];
@@ -28,15 +29,10 @@ pub fn lines_mut(row: &mut [f64]) -> &mut [Line] {
     row.as_chunks_mut().0
 }
 
-/// out + (a x + b y + c z).
+/// out + a x.
 #[inline(always)]
-pub fn plus_three(out: Line, [a, b, c]: [f64; 3], x: Line, y: Line, z: Line) -> Line {
-    [
-        out[0] + (a * x[0] + b * y[0] + c * z[0]),
-        out[1] + (a * x[1] + b * y[1] + c * z[1]),
-        out[2] + (a * x[2] + b * y[2] + c * z[2]),
-        out[3] + (a * x[3] + b * y[3] + c * z[3]),
-    ]
+pub fn plus(out: Line, a: f64, x: Line) -> Line {
+    [out[0] + a * x[0], out[1] + a * x[1], out[2] + a * x[2], out[3] + a * x[3]]
 }
 
 /// out − a x.
@@ -93,13 +89,15 @@ fn first(p: usize, blocks: usize) -> usize {
 /// See the module's text.
 #[derive(Clone)]
 pub struct Square {
-    /// Block columns from the diagonal down, or those of the factor; what is on its diagonal and above is of no meaning.
+    /// Block columns from the diagonal down. Once factorized L D; what is above the diagonal is of no meaning.
     blocks: Vec<Block>,
-    /// One over the factor's diagonal.
+    /// One over D.
     inverse: Vec<Line>,
+    /// Σ J f.
+    along: Vec<Line>,
+    /// Of one block row L.
+    row: Vec<Block>,
     solution: Vec<Line>,
-    /// J H of one term.
-    turned: Vec<[Line; 3]>,
     arch: Arch,
 }
 
@@ -110,15 +108,17 @@ impl Square {
         Self {
             blocks: vec![Block::default(); first(blocks, blocks)],
             inverse: vec![Line::default(); blocks],
+            along: vec![Line::default(); blocks],
+            row: vec![Block::default(); blocks],
             solution: vec![Line::default(); blocks],
-            turned: vec![[Line::default(); 3]; blocks],
             arch: Arch::new(), // all sums have one order
         }
     }
 
-    /// Becomes a diagonal, and ones follow it in the last block.
+    /// Becomes a diagonal, and ones follow it in the last block. The sum beside it becomes zero.
     pub fn set_diagonal(&mut self, diagonal: &[f64]) {
         self.blocks.fill(Block::default());
+        self.along.fill(Line::default());
         let n = self.inverse.len();
         for p in 0..n {
             let block = &mut self.blocks[first(p, n)];
@@ -128,16 +128,21 @@ impl Square {
         }
     }
 
-    /// Adds J H Jᵀ. J has a padded row for each of x, y and z.
-    pub fn add(&mut self, jacobian: &[f64], h: &Matrix3<f64>) {
-        let Self { blocks, turned, arch, .. } = self;
-        arch.dispatch(Add { jacobian, h: h.data.0, blocks, turned });
+    /// Adds J H Jᵀ, and J f beside it. J has a padded row for each of x, y and z.
+    pub fn add(&mut self, jacobian: &[f64], h: &Matrix3<f64>, f: &Vec3) {
+        let Self { blocks, along, arch, .. } = self;
+        arch.dispatch(Add { jacobian, h: h.data.0, f: f.data.0[0], blocks, along });
     }
 
-    /// Becomes its factor and replaces b by the solution; whether it is positive.
+    /// Σ J f.
+    pub fn along(&self) -> &[f64] {
+        self.along.as_flattened()
+    }
+
+    /// Becomes its factors and replaces b by the solution; whether it is positive.
     pub fn solve(&mut self, b: &mut [f64]) -> bool {
-        let Self { blocks, inverse, solution, arch, .. } = self;
-        arch.dispatch(Solve { blocks, inverse, solution, b })
+        let Self { blocks, inverse, row, solution, arch, .. } = self;
+        arch.dispatch(Solve { blocks, inverse, row, solution, b })
     }
 }
 
@@ -145,8 +150,9 @@ struct Add<'a> {
     jacobian: &'a [f64],
     /// Columns of H.
     h: [[f64; 3]; 3],
+    f: [f64; 3],
     blocks: &'a mut [Block],
-    turned: &'a mut [[Line; 3]],
+    along: &'a mut [Line],
 }
 
 impl WithSimd for Add<'_> {
@@ -154,20 +160,22 @@ impl WithSimd for Add<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let Self { jacobian, h, mut blocks, turned } = self;
+        let Self { jacobian, h, f, mut blocks, along } = self;
         let [x, y, z] = rows(jacobian, jacobian.len() / 3).map(lines);
-        for (l, turned) in turned.iter_mut().enumerate() {
-            for (turned, h) in turned.iter_mut().zip(h) {
-                *turned = plus_three(Line::default(), h, x[l], y[l], z[l]);
-            }
-        }
-        for p in 0..x.len() {
+        for (p, along) in along.iter_mut().enumerate() {
+            *along = plus(plus(plus(*along, f[0], x[p]), f[1], y[p]), f[2], z[p]);
             let (column, rest) = std::mem::take(&mut blocks).split_at_mut(x.len() - p);
             blocks = rest;
-            for (l, block) in column.iter_mut().enumerate() {
-                let (u, v, w, mut sums) = (turned[p + l][0], turned[p + l][1], turned[p + l][2], *block);
+            let mut turned = [Line::default(); 3]; // of H J
+            for (turned, h) in turned.iter_mut().zip(&h) {
+                *turned = plus(plus(plus(*turned, h[0], x[p]), h[1], y[p]), h[2], z[p]);
+            }
+            for (block, ((x, y), z)) in column.iter_mut().zip(x[p..].iter().zip(&y[p..]).zip(&z[p..])) {
+                let (x, y, z, mut sums) = (*x, *y, *z, *block);
                 for c in 0..LINE {
-                    sums[c] = plus_three(sums[c], [x[p][c], y[p][c], z[p][c]], u, v, w);
+                    sums[c] = plus(sums[c], turned[0][c], x);
+                    sums[c] = plus(sums[c], turned[1][c], y);
+                    sums[c] = plus(sums[c], turned[2][c], z);
                 }
                 *block = sums;
             }
@@ -178,6 +186,7 @@ impl WithSimd for Add<'_> {
 struct Solve<'a> {
     blocks: &'a mut [Block],
     inverse: &'a mut [Line],
+    row: &'a mut [Block],
     solution: &'a mut [Line],
     b: &'a mut [f64],
 }
@@ -187,28 +196,32 @@ impl WithSimd for Solve<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> bool {
-        let Self { blocks, inverse, solution, b } = self;
+        let Self { blocks, inverse, row, solution, b } = self;
         let n = inverse.len();
         for (p, line) in solution.iter_mut().enumerate() {
             *line = std::array::from_fn(|i| b.get(p * LINE + i).copied().unwrap_or(0.0));
         }
-        if !eliminate(blocks, inverse, solution) {
+        if !eliminate(blocks, inverse, row, solution) {
             return false;
         }
         for p in (0..n).rev() {
             let column = &blocks[first(p, n)..first(p + 1, n)];
             let (here, below) = solution[p..].split_at_mut(1);
             let here = &mut here[0];
+            let mut sums = Block::default();
+            for (block, line) in column[1..].iter().zip(&*below) {
+                for c in 0..LINE {
+                    for i in 0..LINE {
+                        sums[c][i] += block[c][i] * line[i];
+                    }
+                }
+            }
             for c in (0..LINE).rev() {
-                let mut sums = Line::default();
+                let mut rest = sum(&sums[c]);
                 for i in c + 1..LINE {
-                    sums[i] += column[0][c][i] * here[i];
+                    rest += column[0][c][i] * here[i];
                 }
-                for (block, line) in column[1..].iter().zip(&*below) {
-                    let x = block[c];
-                    sums = std::array::from_fn(|i| sums[i] + x[i] * line[i]);
-                }
-                here[c] = (here[c] - sum(&sums)) * inverse[p][c];
+                here[c] -= inverse[p][c] * rest;
             }
         }
         b.iter_mut().zip(solution.as_flattened()).for_each(|(b, x)| *b = *x);
@@ -216,26 +229,26 @@ impl WithSimd for Solve<'_> {
     }
 }
 
-/// Factorizes to L, and takes b to L⁻¹b.
+/// Factorizes, and takes b to D⁻¹L⁻¹b.
 #[inline(always)]
-fn eliminate(blocks: &mut [Block], inverse: &mut [Line], b: &mut [Line]) -> bool {
+fn eliminate(blocks: &mut [Block], inverse: &mut [Line], row: &mut [Block], b: &mut [Line]) -> bool {
     let n = inverse.len();
     for p in 0..n {
         let (before, rest) = blocks.split_at_mut(first(p, n));
         let column = &mut rest[..n - p];
         let (done, here) = b.split_at_mut(p);
         let mut here = here[0];
-        for (q, done) in done.iter().enumerate() {
-            let row = before[first(q, n) + p - q];
+        for (q, row) in row[..p].iter_mut().enumerate() {
+            let block = before[first(q, n) + p - q];
             for k in 0..LINE {
-                here = minus(here, done[k], row[k]);
+                here = minus(here, done[q][k], block[k]);
+                row[k] = times(inverse[q][k], block[k]);
             }
         }
         for (l, block) in column.iter_mut().enumerate() {
             let mut sums = *block;
-            for q in 0..p {
-                let at = first(q, n) + p - q;
-                let (row, left) = (&before[at], before[at + l]);
+            for (q, row) in row[..p].iter().enumerate() {
+                let left = before[first(q, n) + p - q + l];
                 for c in 0..LINE {
                     for k in 0..LINE {
                         sums[c] = minus(sums[c], row[k][c], left[k]);
@@ -244,29 +257,29 @@ fn eliminate(blocks: &mut [Block], inverse: &mut [Line], b: &mut [Line]) -> bool
             }
             *block = sums;
         }
-        let mut top = column[0];
+        let (mut top, mut scaled) = (column[0], Block::default());
         for k in 0..LINE {
             let pivot = top[k][k];
             if !(pivot > 0.0 && pivot.is_finite()) {
                 return false;
             }
-            inverse[p][k] = pivot.sqrt().recip();
-            top[k] = times(inverse[p][k], top[k]);
-            here[k] *= inverse[p][k];
+            let inverse_pivot = pivot.recip();
+            inverse[p][k] = inverse_pivot;
+            here[k] *= inverse_pivot;
             for c in k + 1..LINE {
+                scaled[k][c] = top[k][c] * inverse_pivot;
                 here[c] -= here[k] * top[k][c];
-                top[c] = minus(top[c], top[k][c], top[k]);
+                top[c] = minus(top[c], scaled[k][c], top[k]);
             }
         }
         column[0] = top;
         b[p] = here;
         for block in &mut column[1..] {
             let mut sums = *block;
-            for c in 0..LINE {
+            for c in 1..LINE {
                 for k in 0..c {
-                    sums[c] = minus(sums[c], top[k][c], sums[k]);
+                    sums[c] = minus(sums[c], scaled[k][c], sums[k]);
                 }
-                sums[c] = times(inverse[p][c], sums[c]);
             }
             *block = sums;
         }
@@ -292,7 +305,12 @@ mod tests {
             let diagonal: Vec<f64> = (0..n).map(|k| 1.0 + k as f64).collect();
             let mut square = Square::new(n);
             square.set_diagonal(&diagonal);
-            square.add(&jacobian, &h);
+            let force = Vec3::new(1.0, -2.0, 0.5);
+            square.add(&jacobian, &h, &force);
+            square.add(&jacobian, &Matrix3::zeros(), &force);
+            // Sums of six products of numbers up to 2 lose some of 16 digits.
+            let along = 2.0 * &dense * force;
+            assert!(square.along().iter().zip(&along).all(|(a, b)| (a - b).abs() < 1e-14), "{n}");
             let mut whole = DMatrix::from_diagonal(&DVector::from_vec(diagonal));
             whole += &dense * h * dense.transpose();
             let right = DVector::from_fn(n, |k, _| number(k + 50));
