@@ -146,13 +146,16 @@ thread_local! {
 /// Asks whether to go on; from the caller's thread, the host.
 pub type GoOn<'a> = &'a mut dyn FnMut() -> Result<()>;
 
+/// A panic and its text.
+type Fall = (Box<dyn Any + Send>, Option<String>);
+
 /// What was wrong first, and so ended all.
 #[derive(Default)]
 struct Outcome {
     failed: AtomicBool,
     done: AtomicUsize,
     error: Mutex<Option<Error>>,
-    panic: Mutex<Option<(Box<dyn Any + Send>, Option<String>)>>,
+    panic: Mutex<Option<Fall>>,
 }
 
 impl Outcome {
