@@ -11,7 +11,9 @@ std::string progress_words(const std::string &what, double seconds, uint32_t don
   std::string words = what + ": ";
   if (total) words += format("frame %u of %u, ", done, total);
   words += format("%.0f s so far", seconds);
-  if (total && done) words += format(", about %.0f s to go", seconds / done * (total - done));
+  // The next frame is taken for half done. Fewer frames tell little of the rest.
+  constexpr uint32_t kTelling = 3;
+  if (done >= kTelling && done < total) words += format(", about %.0f s to go", seconds * (total - done - 0.5) / (done + 0.5));
   return words;
 }
 

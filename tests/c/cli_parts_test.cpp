@@ -1154,7 +1154,8 @@ void a_misspelt_word_finds_the_one_that_was_meant() {
 
 // Work that says nothing of itself is told of all the same, and work that is done at once is not.
 void long_work_is_told_of() {
-  CHECK(cli::progress_words("stepping", 12, 30, 120) == "stepping: frame 30 of 120, 12 s so far, about 36 s to go");
+  CHECK(cli::progress_words("stepping", 12.2, 30, 120) == "stepping: frame 30 of 120, 12 s so far, about 36 s to go");
+  CHECK(cli::progress_words("stepping", 2, 2, 120) == "stepping: frame 2 of 120, 2 s so far");
   CHECK(cli::progress_words("stepping", 2, 0, 120) == "stepping: frame 0 of 120, 2 s so far");
   CHECK(cli::progress_words("finding the equilibrium", 8, 0, 0) == "finding the equilibrium: 8 s so far");
   cli::Watch impatient("waiting", false, 0, std::chrono::milliseconds(1));
