@@ -19,6 +19,9 @@ constexpr double kUnseen = 1e-3, kWild = 2;
 // Errors beyond which a method is outside what it was made for, as SwCertificate has it, and beyond which most of what is seen is wrong.
 constexpr double kOutOfRange = 0.2, kMisleading = 0.5;
 
+// Hertz of a swing that is not stiff: what hardly moves is then of another unit.
+constexpr double kSlow = 0.5;
+
 // What a step gets wrong by its length, as a share of the motion: a swing of forty steps by the full shell, of twelve by a reduced one.
 constexpr double kCoarse = 0.01;
 
@@ -72,10 +75,16 @@ std::string motion_words(const Summary &summary) {
   return words + method_words(summary);
 }
 
-std::string slowest_swing(const Summary &summary) {
+// The slowest swing's frequency; 0 where nothing swings.
+double slowest_swing(const Summary &summary) {
   for (const double hertz : summary.frequencies)
-    if (hertz > 0) return format("Its slowest swing has %.3g Hz", hertz);
-  return "Nothing in it swings";
+    if (hertz > 0) return hertz;
+  return 0;
+}
+
+std::string swing_words(const Summary &summary) {
+  const double hertz = slowest_swing(summary);
+  return hertz > 0 ? format("its slowest swing has %.3g Hz", hertz) : "nothing in it swings";
 }
 
 bool loaded(const Scene &scene) {
@@ -83,11 +92,17 @@ bool loaded(const Scene &scene) {
   return scene.gravity != none || scene.loads.wind || !scene.loads.forces.empty();
 }
 
-// Whether it falls away under gravity, because nothing holds, leads or stops it.
+// Whether it falls away under gravity, or a piece of it, because nothing holds, leads or stops it.
 bool falls(const Summary &summary) {
   const Scene &scene = summary.scene;
-  return summary.info.zero_modes >= 6 && loaded(scene) && scene.supports.empty() && scene.handles.empty() && scene.colliders.empty() &&
+  return summary.info.zero_modes >= 6 && loaded(scene) && scene.colliders.empty() &&
          widest_frame(summary.run).report.max_displacement > kWild * summary.info.size;
+}
+
+std::string falling_words(const Summary &summary) {
+  if (summary.scene.supports.empty() && summary.scene.handles.empty()) return "try: nothing is held, so that the shell falls: --pin low-x (support) holds an end of it";
+  return format("try: the mesh is of %u pieces, and those that nothing holds fall: --weld 0 (weld) makes vertices at the same place one, and --tie 0.001 (tie) ties pieces that near",
+                summary.info.n_components);
 }
 
 // Why nothing has moved.
@@ -102,13 +117,13 @@ std::string stillness(const Summary &summary) {
   if (loaded(summary.scene) && summary.info.zero_modes)
     return "note: nothing has moved: nothing holds the shell, so its inertia balances the load all over and nothing bends: --pin (support) "
            "or --handle would hold it";
-  return "note: nothing has moved: no gravity, force or wind, no moving frame, no handle, no moving collider";
+  return "note: nothing has moved: no gravity, force or wind, no moving frame, no handle, no moving collider: --up z is gravity, and --wind (wind) or --handle (handle) moves it, too";
 }
 
 // What makes the shell softer or stiffer, of what this scene has not chosen already: of a known sheet its thickness, and of a frequency that.
 std::string change_of_stiffness(const Scene &scene, bool softer) {
   const char *how = softer ? "softens" : "stiffens", *which = softer ? "lower" : "higher";
-  if (scene.material.sheet) return format("a %s --thickness (thickness) %s it", softer ? "smaller" : "larger", how);
+  if (scene.material.sheet) return format("a %s --thickness (thickness) %s it, and so does a %s --material (preset)", softer ? "smaller" : "larger", how, softer ? "softer" : "stiffer");
   if (scene.material.sag > 0) return format("a %s --sag (sag) %s it", softer ? "larger" : "smaller", how);
   if (scene.material.frequency > 0) return format("a %s --frequency (frequency) %s it", which, how);
   return format("a %s --frequency (frequency) %s it, and --material NAME (preset) takes a known sheet", which, how);
@@ -116,7 +131,7 @@ std::string change_of_stiffness(const Scene &scene, bool softer) {
 
 // Whether the unit is right, where nobody has said yet what it is; no sheet is meant to be less than a metre of centimetres.
 std::string question_of_units(const Scene &scene, double size) {
-  if (scene.scale != 1 || scene.metres_per_unit != 1 || size < 1) return "is gravity right? ";
+  if (scene.scale != 1 || scene.metres_per_unit != 1 || size < 1) return scene.up ? "" : "is gravity right? ";
   return "are lengths in metres, and gravity 9.8? --scale 0.01 (scale) makes metres of centimetres. ";
 }
 
@@ -129,10 +144,10 @@ void add_size_of_motion(const Summary &summary, std::vector<std::string> &words)
   if (share == 0)
     words.push_back(stillness(summary));
   else if (share < kUnseen && loaded(scene) && !led)
-    words.push_back("try: " + share_of_size(share) + " cannot be seen: " + question_of_units(scene, summary.info.size) + slowest_swing(summary) + ": " +
-                    change_of_stiffness(scene, true));
+    words.push_back("try: " + share_of_size(share) + " cannot be seen: " + question_of_units(scene, summary.info.size) + swing_words(summary) +
+                    (slowest_swing(summary) < kSlow ? "" : ": " + change_of_stiffness(scene, true)));
   else if (share > kWild && !led && summary.info.zero_modes == 0)
-    words.push_back("try: no held shell moves by " + share_of_size(share) + ": " + question_of_units(scene, summary.info.size) + slowest_swing(summary) + ": " +
+    words.push_back("try: no held shell moves by " + share_of_size(share) + ": " + question_of_units(scene, summary.info.size) + swing_words(summary) + ": " +
                     change_of_stiffness(scene, false));
 }
 
@@ -205,40 +220,47 @@ std::string better_methods(uint32_t method, bool chosen) {
   return chosen || host::needs_fields(method) ? full : std::string(host::method_name(SW_METHOD_AUTO)) + " or " + full;
 }
 
-std::string about(double share, bool rough) {
+std::string about(double share) {
   if (share < 1e-4) return "less than 0.01 %";
-  return (rough ? "roughly " : "about ") + format(share < 0.1 ? "%.2g %%" : "%.0f %%", 100 * share);
+  return "about " + format(share < 0.1 ? "%.2g %%" : "%.0f %%", 100 * share);
 }
 
 // The frame that is furthest off, by length: a large share of a displacement that is small itself says little.
-ErrorEstimate worst_estimate(const Run &run) {
+const ErrorEstimate &worst_estimate(const Run &run) {
   const auto less = [](const ErrorEstimate &a, const ErrorEstimate &b) { return a.error * a.displacement < b.error * b.displacement; };
   return *std::max_element(run.estimates.begin(), run.estimates.end(), less);
 }
 
-// Its error as a share of the largest displacement of the frames that were judged.
-double share_of_most(const Run &run, const ErrorEstimate &worst) {
+double most_moved(const Run &run) {
   double most = 0;
   for (const ErrorEstimate &e : run.estimates) most = std::max(most, e.displacement);
-  return most > 0 ? worst.error * worst.displacement / most : worst.error;
+  return most;
 }
 
-// How far off the run is, at its worst and at its end.
+// Its error as a share of the largest displacement of the frames that were judged.
+double share_of_most(const Run &run, const ErrorEstimate &estimate) {
+  const double most = most_moved(run);
+  return most > 0 ? estimate.error * estimate.displacement / most : estimate.error;
+}
+
+// How far off the run is at its worst and at its end, both of the largest displacement.
 std::string error_words(const Run &run, const ErrorEstimate &worst, double share) {
-  const bool rough = run.certificate->remaining > kRoughAbove;
-  const std::string last = about(run.certificate->error, rough), of = " off the full nonlinear shell";
+  const std::string of = " off the full nonlinear shell";
   const std::size_t n = run.estimates.size();
-  if (n < 2) return "certified: the last frame is " + last + of;
-  return "certified: " + about(share, false) + " of the largest displacement" + of + format(", at most, in %zu frames judged, at %.3g s; the last frame ", n, worst.seconds) + last;
+  if (n < 2) return "certified: the last frame is " + about(run.certificate->error) + of;
+  const std::string text = "certified: " + about(share) + " of the largest displacement" + of;
+  if (&worst == &run.estimates.back()) return text + format(" in the last frame, the worst of %zu judged", n);
+  return text + format(" at %.3g s, the worst of %zu frames judged; ", worst.seconds, n) + about(share_of_most(run, run.estimates.back())) + " in the last one";
 }
 
 }  // namespace
 
 std::vector<std::string> closing_words(const Summary &summary) {
   std::vector<std::string> words = {motion_words(summary)};
-  if (falls(summary)) words.push_back("try: nothing is held, so that the shell falls: --pin low-x (support) holds an end of it");
+  if (falls(summary)) words.push_back(falling_words(summary));
   add_contact(summary, words);
-  if (const std::string error = verdict(summary.run, host::needs_choice(summary.scene.method), summary.compared); !error.empty()) words.push_back(error);
+  const bool moved = widest_frame(summary.run).report.max_displacement > 0;
+  if (const std::string error = !moved ? "" : verdict(summary.run, host::needs_choice(summary.scene.method), summary.compared); !error.empty()) words.push_back(error);
   add_full_shell(summary, words);
   add_size_of_motion(summary, words);
   add_turns(summary, words);
@@ -258,11 +280,16 @@ std::string verdict(const Run &run, bool chosen, bool compared) {
   if (!run.uncertified.empty()) return "not certified: the error could not be estimated: " + run.uncertified;
   if (!run.certificate || host::is_full_shell(run.certificate->method)) return "";
   const SwCertificate &found = *run.certificate;
-  const ErrorEstimate worst = run.estimates.empty() ? ErrorEstimate{0, found.error, 0} : worst_estimate(run);
+  const ErrorEstimate alone{0, found.error, 0};
+  const ErrorEstimate &worst = run.estimates.empty() ? alone : worst_estimate(run);
   const double share = run.estimates.empty() ? found.error : share_of_most(run, worst);
   std::string text = error_words(run, worst, share);
-  const bool lost = found.remaining > kRoughAbove && found.error > kOutOfRange;  // no balance is near
-  if (share > kMisleading || lost) text += "; do not trust the picture";
+  const bool lost = found.remaining > kRoughAbove;
+  if (lost) text += ", roughly, as no balance of the full shell is near it";
+  // A share of all that moves says little where hardly anything does.
+  if (const double moved = most_moved(run); moved > 0 && found.max_error > 1.05 * moved)
+    text += format("; the full shell is %.2g times as far from the last frame as anything has moved", found.max_error / moved);
+  if (share > kMisleading || found.error > kMisleading || (lost && found.error > kOutOfRange)) text += "; do not trust the picture";
   const bool full_alone = chosen || run.supports_move;  // other accurate methods do not follow such supports
   if (!compared && share > kOutOfRange) text += "; use --method " + better_methods(found.method, full_alone);
   return text;

@@ -28,9 +28,10 @@ std::size_t edits(const std::string &a, const std::string &b) {
   return d[a.size()][b.size()];
 }
 
-// Half a word is a word that was cut short, as "bend" for "k_bend".
+// Half a word is a word that was cut short, as "bend" for "k_bend", or "mat" for "material".
 bool holds(const std::string &whole, const std::string &part) {
-  return part.size() >= 4 && whole.find(part) != std::string::npos;
+  const std::size_t at = whole.find(part);
+  return at != std::string::npos && part.size() >= (at == 0 ? 3 : 4);
 }
 
 }  // namespace

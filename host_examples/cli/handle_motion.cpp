@@ -139,7 +139,9 @@ std::vector<PlacedHandle> place_handles(const std::vector<Handle> &handles, cons
 std::vector<std::string> found_vertices(const std::vector<PlacedHandle> &placed) {
   std::vector<std::string> words;
   for (std::size_t k = 0; k < placed.size(); ++k)
-    if (by_place(placed[k].handle))
+    if (placed[k].handle.side || !placed[k].handle.group.empty())
+      words.push_back(format("handle %zu leads one vertex, %u, in the middle of what is named", k + 1, placed[k].vertex));
+    else if (by_place(placed[k].handle))
       words.push_back(format("handle %zu leads vertex %u, %.3g from the place that was named", k + 1, placed[k].vertex, distance(placed[k].handle.nearest, placed[k].rest)));
   return words;
 }

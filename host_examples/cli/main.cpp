@@ -78,7 +78,7 @@ int check_mesh(const std::string &path, double scale) {
   const bool touching = std::any_of(diagnostics.begin(), diagnostics.end(),
                                     [](const SwDiagnostic &d) { return d.kind == SW_DIAGNOSTIC_COINCIDENT_VERTICES; });
   if (touching) std::printf("%s: try: --weld 0 (weld) makes vertices at the same place one\n", path.c_str());
-  if (errors) std::printf("%s: try: --proxy 1000 (proxy) simulates a mesh of so many vertices that is made of this one\n", path.c_str());
+  if (errors) std::printf("%s: try: --proxy 1000 (proxy) simulates a mesh of so many vertices that is made of this one; where it is refused, --proxy-cut (proxy_cut) cuts it\n", path.c_str());
   print_extent(path, mesh);
   print_doubt_of_unit(path, mesh);
   return errors ? kFailure : 0;
@@ -249,7 +249,7 @@ void add_simulate_options(CLI::App &app, SimulateOptions &o) {
       ->type_name("WHAT");
   app.add_option("--scale", o.scene.scale, "Factor on the mesh's coordinates: 0.01 makes metres of centimetres (1)")->check(positive());
   app.add_option("--up", o.up, "Axis that points upward; gravity is then 9.8 m/s^2 downward unless --gravity says otherwise")
-      ->check(CLI::IsMember({"x", "y", "z"}));
+      ->transform(CLI::IsMember({"x", "y", "z"}, CLI::ignore_case));
   app.add_option("--gravity", o.gravity, "Acceleration, length unit/s^2 (0 0 0, or by --up)")->type_name("X Y Z")->check(number());
   CLI::Option *wind = app.add_option("--wind", o.wind, "Velocity of the air, of 1.2 kg/m^3; steady, so that a shell that is damped leans and comes to rest, unless it has --gust")
       ->type_name("X Y Z")
@@ -258,7 +258,7 @@ void add_simulate_options(CLI::App &app, SimulateOptions &o) {
       ->check(not_negative())
       ->needs(wind);
   app.add_option("--handle", o.handles, "Lead a vertex: V:DX,DY,DZ@SECONDS with further offsets behind ':' and free@SECONDS to let go; V is "
-                                        "a vertex, a side, a group or nearest:X,Y,Z, and a file of lines 'time x y z' may stand for the offsets")
+                                        "a vertex, nearest:X,Y,Z, or a side or a group, of which it is the vertex in the middle, and a file of lines 'time x y z' may stand for the offsets")
       ->type_name("V:PATH");
   app.add_option("--collider", o.colliders, "A solid that the shell touches: plane:z=HEIGHT, sphere:R@X,Y,Z, capsule:R,HALF_LENGTH@X,Y,Z (along z), "
                                             "box:HX,HY,HZ@X,Y,Z, hull:FILE@X,Y,Z or mesh:FILE@X,Y,Z; behind ':' friction=F, thickness=T, and "

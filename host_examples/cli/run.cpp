@@ -155,7 +155,7 @@ void add_method(const Scene &scene, const Mesh &mesh, const std::vector<PlacedHa
   certify(scene, options, state, mesh.n_vertices(), run);
   std::vector<std::string> words = closing_words({scene, model.info(), model.frequencies(), run, {}, {}, {}, true});
   for (std::string &sentence : words) {
-    sentence = std::string(sw_method_label(scene.method)) + " " + sentence;
+    sentence = std::string(sw_method_label(scene.method)) + ": " + sentence;
     if (!options.quiet) std::printf("%s\n", sentence.c_str());
   }
   page.add_film(scene, run, film, words, label_of(scene, model.info()));

@@ -175,7 +175,7 @@ std::vector<uint32_t> vertices_of_group(const std::string &name, const Mesh &mes
   for (std::size_t k = 0; k < std::min<std::size_t>(names.size(), 8); ++k) there += (k ? ", " : "") + names[k];
   std::vector<std::string> known = side_names();
   known.insert(known.end(), names.begin(), names.end());
-  throw std::runtime_error("the mesh has no group '" + name + "'; it has " + there + did_you_mean(name, known));
+  throw std::runtime_error("the mesh has no group '" + name + "'; it has " + there + ", and sides, low-x to high-z" + did_you_mean(name, known));
 }
 
 uint32_t middle_vertex(const std::vector<uint32_t> &vertices, const Mesh &mesh) {

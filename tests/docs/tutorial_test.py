@@ -25,8 +25,8 @@ def number(pattern, text):
 
 def errors(said):
     """Percent that the worst frame and the last are off the full shell."""
-    of = r"certified: (?:about|less than) ([\d.]+) % of the largest displacement off .*; the last frame (?:about|less than) ([\d.]+) %"
-    return [float(percent) for percent in re.search(of, said).groups()]
+    of = r"certified: (?:about|less than) ([\d.]+) % of the largest displacement off .*(?:; (?:about|less than) ([\d.]+) % in the last one|in the last frame)"
+    return [float(percent) for percent in re.search(of, said).groups() if percent]
 
 
 def leaf_in_wind(said, folder):

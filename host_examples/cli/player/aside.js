@@ -38,6 +38,13 @@ function offWords(track, points, truth) {
   return `${off} It holds what adds up over time, by the steps of both; an estimate is of one moment.`;
 }
 
+/** A sentence, in which no option is broken across lines. */
+function sentence(text) {
+  const made = html("p", /do not trust the picture/.test(text) ? "warns" : "");
+  made.append(...text.split(/(--[\w-]+)/).map((part, k) => (k % 2 ? html("span", "option", part) : part)));
+  return made;
+}
+
 const plots = [], comparisons = [];
 
 function plot(title, curves) {
@@ -97,7 +104,7 @@ function fillAside(player) {
   }
   const words = element("words");
   const said = [...motion.words, ...comparisons];
-  if (said.length) words.append(html("h2", "", "What it says"), ...said.map((w) => html("p", "", w)));
+  if (said.length) words.append(html("h2", "", "What it says"), ...said.map(sentence));
   for (const { svg, left, right, wide } of plots) {
     const go = (e) => { const r = svg.getBoundingClientRect(), at = ((e.clientX - r.left) / r.width) * wide; player.pause(); player.seek(last * Math.min(1, Math.max(0, (at - left) / (wide - left - right)))); };
     svg.addEventListener("pointerdown", (e) => { svg.setPointerCapture(e.pointerId); go(e); });

@@ -275,7 +275,10 @@ class Player {
       pen.font = "11px system-ui, sans-serif";
       pen.textAlign = "center"; pen.textBaseline = "middle";
       const out = Math.hypot(x - middle, y - middle) || 1;
-      pen.fillText(word, x + (11 * (x - middle)) / out, y + (11 * (y - middle)) / out);
+      // Beyond the tip, and whole.
+      const half = pen.measureText(word).width / 2, away = 7 + 4 + (word.length > 1 ? half * Math.abs(x - middle) / out : 0);
+      const at = (tip, way, room) => Math.min(size - room, Math.max(room, tip + (away * way) / out));
+      pen.fillText(word, at(x, x - middle, half + 1), at(y, y - middle, 6));
     };
     [["x", "#c8372d"], ["y", "#2f8f4e"], ["z", "#2d62ad"]].forEach(([word, colour], k) => arrow([0, 1, 2].map((c) => (c === k ? 1 : 0)), colour, word, 0.26 * size, 1.6));
     for (const load of motion.loads) if (load.direction) arrow(load.direction, load.colour, load.short, 0.34 * size, 3);
