@@ -1782,12 +1782,16 @@ SwStatus sw_states_step(struct SwState *const *states,
                         double seconds,
                         SwStatus *statuses);
 
-// Sets how many threads sw_states_step may use in this process, the calling one included: 1 for the
-// calling one alone, 0 for as many as the process may use (the default). The library's threads end
-// before this returns, and new ones are made when they are needed: call it with 1 before unloading
-// the library, if sw_states_step has been used.
-// Errors: SW_ERROR_INVALID_ARGUMENT beyond 1024, SW_ERROR_BUSY while another thread is inside
-// sw_states_step.
+// Sets how many threads the library may use in this process, the calling one included: 1 for the
+// calling one alone, 0 for as many as the process may use (the default), and no more than
+// RAYON_NUM_THREADS of the environment where that is set. Threads share the states of
+// sw_states_step, many bound points, and the work of steps, equilibria, certificates and
+// precomputes on full shells of some thousand vertices, to the same bits on any number. Calls on
+// several threads do not share among the same ones: the second works on its own. The library's
+// threads end before this returns, and new ones are made when they are needed: call it with 1
+// before unloading the library.
+// Errors: SW_ERROR_INVALID_ARGUMENT beyond 1024, SW_ERROR_BUSY while a call on another thread uses
+// them.
 SwStatus sw_set_threads(uint32_t count);
 
 /* Constraints ---------------------------------------------------------------------------------- */

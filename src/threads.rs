@@ -1,15 +1,20 @@
-//! Threads for work on many states at once: a pool of this library's own, so that the host's is left alone. No thread exists
-//! before the first call with enough work for two; then they wait for the next one, and sleep.
+//! Threads for work on many states at once and for large work on one: a pool of this library's own, so that the host's is left alone. No
+//! thread exists before the first call with enough work for two; then they wait for the next one, and sleep.
 //!
-//! The caller works with them: items are handed out in shares of about equal work to whoever is free.
+//! The caller works with them: items are handed out in shares of about equal work to whoever is free. Work on one state shares only where
+//! nobody else does: inside work on many, or beside another call's, the thread that asks does all of it.
+
+mod tasks;
+
+pub use tasks::{Tasks, WaitFor};
 
 use crate::{Error, ErrorKind, Result};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::any::Any;
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::sync::{Arc, Mutex, PoisonError, RwLock, RwLockReadGuard};
+use std::sync::{Arc, LazyLock, Mutex, PoisonError, RwLock, RwLockReadGuard, TryLockError};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
@@ -40,6 +45,14 @@ struct Threads {
     wanted: usize,
     pool: Option<Pool>,
 }
+
+/// As many as the process may use, asked once as the system is slow to tell, and as the environment allows, as farms set it that run a process
+/// for each core.
+static POSSIBLE: LazyLock<usize> = LazyLock::new(|| {
+    let bound = std::env::var("RAYON_NUM_THREADS").ok().and_then(|bound| bound.trim().parse().ok());
+    let bound = bound.filter(|bound| *bound > 0).unwrap_or(MOST_THREADS);
+    std::thread::available_parallelism().map_or(1, usize::from).min(bound)
+});
 
 static THREADS: RwLock<Threads> = RwLock::new(Threads { wanted: 0, pool: None });
 
@@ -79,7 +92,7 @@ impl Threads {
     fn count(&self) -> usize {
         match self.wanted {
             _ if !HAS_THREADS => 1,
-            0 => std::thread::available_parallelism().map_or(1, usize::from),
+            0 => *POSSIBLE,
             wanted => wanted,
         }
     }
@@ -135,6 +148,29 @@ impl<'a, T, W: Fn(&T) -> u64> Queue<'a, T, W> {
     }
 }
 
+thread_local! {
+    /// Whether this thread has a part in work that is shared already.
+    static BUSY: Cell<bool> = const { Cell::new(false) };
+}
+
+/// This thread has a part in shared work as long as this lives.
+struct Busy(bool);
+
+impl Busy {
+    fn new() -> Self {
+        Self(BUSY.replace(true))
+    }
+}
+
+impl Drop for Busy {
+    fn drop(&mut self) {
+        BUSY.set(self.0);
+    }
+}
+
+/// Held by the call whose work on one state the pool shares.
+static SHARED: Mutex<()> = Mutex::new(());
+
 /// How the names of the library's own threads begin.
 pub const NAMED: &str = "shellwarp";
 
@@ -170,6 +206,14 @@ impl Outcome {
         let text = PANIC.take();
         self.panic.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert((payload, text));
         self.fail(Error::new(ErrorKind::Cancelled, "a thread panicked"));
+    }
+
+    /// Goes on with the panic of another thread, if there was one.
+    fn raise(&self) {
+        if let Some((payload, text)) = self.panic.lock().unwrap_or_else(PoisonError::into_inner).take() {
+            PANIC.set(text);
+            resume_unwind(payload);
+        }
     }
 
     fn go_on(&self) -> Result<()> {
@@ -214,9 +258,11 @@ pub fn for_each_long<T: Send, W>(
     };
     let count = THREADS.read().unwrap_or_else(PoisonError::into_inner).count();
     let workers = count.min(most).min(n_items).max(1) - 1;
+    let busy = (workers > 0).then(Busy::new);
     std::thread::scope(|scope| {
         for k in 0..workers {
             let alone = || {
+                let _busy = Busy::new();
                 let worked = catch_unwind(AssertUnwindSafe(|| work(&mut || outcome.go_on())));
                 match worked {
                     Ok(worked) => worked.unwrap_or_else(|error| outcome.fail(error)),
@@ -237,10 +283,8 @@ pub fn for_each_long<T: Send, W>(
         }
         worked.unwrap_or_else(|error| outcome.fail(error));
     });
-    if let Some((payload, text)) = outcome.panic.into_inner().unwrap_or_else(PoisonError::into_inner) {
-        PANIC.set(text);
-        resume_unwind(payload);
-    }
+    drop(busy);
+    outcome.raise();
     outcome.error.into_inner().unwrap_or_else(PoisonError::into_inner).map_or(Ok(()), Err)
 }
 
@@ -253,12 +297,14 @@ pub fn for_each<T: Send>(items: &mut [T], nanoseconds: impl Fn(&T) -> u64 + Send
     }
     let threads = threads();
     let Some(pool) = threads.pool.as_ref().and_then(|pool| pool.pool.as_ref()) else {
+        drop(threads); // what is called may ask for it again
         return items.iter_mut().for_each(body);
     };
     let workers = pool.current_num_threads().min(items.len() - 1);
     let share = (total / (SHARES * (workers as u64 + 1))).max(LEAST_SHARE);
     let queue = Mutex::new(Queue { rest: items, nanoseconds, share });
     let work = || {
+        let _busy = Busy::new();
         loop {
             let taken = queue.lock().unwrap_or_else(PoisonError::into_inner).take();
             if taken.is_empty() {
@@ -270,5 +316,60 @@ pub fn for_each<T: Send>(items: &mut [T], nanoseconds: impl Fn(&T) -> u64 + Send
     pool.in_place_scope(|scope| {
         (0..workers).for_each(|_| scope.spawn(|_| work()));
         work();
+    });
+}
+
+/// How many threads would share work of so many nanoseconds now, the caller included.
+pub fn sharers(nanoseconds: u64) -> usize {
+    let pays = usize::try_from(nanoseconds / WORTHWHILE).unwrap_or(usize::MAX);
+    if pays < 2 || BUSY.get() {
+        return 1;
+    }
+    THREADS.read().unwrap_or_else(PoisonError::into_inner).count().min(pays)
+}
+
+/// Calls `body` on this thread and at once on as many others as pays for work of so many nanoseconds and are there, each with the number of
+/// all, and returns when all have. On this one alone, with 1, where others are at work already. Who takes part and when is chance: `body`
+/// takes tasks until none is left, and must end when one of its calls panics ([`Tasks`] does). That panic is the caller's.
+pub fn share(nanoseconds: u64, body: impl Fn(usize) + Sync) {
+    let most = sharers(nanoseconds);
+    if most < 2 {
+        return body(1);
+    }
+    let shared = match SHARED.try_lock() {
+        Ok(held) => held,
+        Err(TryLockError::Poisoned(held)) => held.into_inner(),
+        Err(TryLockError::WouldBlock) => return body(1),
+    };
+    let threads = threads();
+    let Some(pool) = threads.pool.as_ref().and_then(|pool| pool.pool.as_ref()) else {
+        drop(threads); // what is called may ask for it again
+        return body(1);
+    };
+    let workers = pool.current_num_threads().min(most - 1);
+    let outcome = Outcome::default();
+    pool.in_place_scope(|scope| {
+        for _ in 0..workers {
+            scope.spawn(|_| {
+                let _busy = Busy::new();
+                catch_unwind(AssertUnwindSafe(|| body(workers + 1))).unwrap_or_else(|payload| outcome.fall(payload));
+            });
+        }
+        let _busy = Busy::new();
+        body(workers + 1);
+    });
+    drop(shared);
+    outcome.raise();
+}
+
+/// Calls `body` once on every item, on as many threads as pays for work of so many nanoseconds in all.
+pub fn share_items<T: Send>(items: &mut [T], nanoseconds: u64, body: impl Fn(&mut T) + Sync) {
+    let queue = Mutex::new(items.iter_mut());
+    share(nanoseconds, |_| {
+        loop {
+            let next = queue.lock().unwrap_or_else(PoisonError::into_inner).next();
+            let Some(item) = next else { return };
+            body(item);
+        }
     });
 }

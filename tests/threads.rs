@@ -3,11 +3,15 @@
 #![allow(missing_docs)]
 mod common;
 use common::*;
+use shellwarp::constraint::{Constraint, Target};
+use shellwarp::material::ElasticSheet;
 use shellwarp::model::{Model, Options};
+use shellwarp::reference::{Rayleigh, Solver};
+use shellwarp::sparse::BlockMatrix;
 use shellwarp::state::{Method, State};
 use shellwarp::step::Integrator;
-use shellwarp::threads::{for_each, for_each_long, set_threads};
-use shellwarp::{Error, ErrorKind, reduced};
+use shellwarp::threads::{Tasks, for_each, for_each_long, set_threads, share};
+use shellwarp::{Error, ErrorKind, Mesh, Shell, Supports, reduced};
 use shellwarp::{Vec3, threads};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -101,6 +105,155 @@ fn long_work_is_done_once_and_heard_of_on_the_calling_thread() {
     }
 }
 
+/// Shells whose factors and elements are shared: the paper's energy on one that hangs by a side, Koiter's on one that slides along two.
+fn large() -> Vec<Arc<Shell>> {
+    let (positions, triangles) = equilateral_sheet(44, 44, 1.0 / 44.0);
+    let side = |near: &dyn Fn(&Vec3) -> bool| -> Vec<u32> {
+        (0..positions.len() as u32).filter(|v| near(&positions[*v as usize])).collect()
+    };
+    let along = side(&|x| x.y < 0.01 && x.x > 0.1).into_iter().map(|v| (v, Vec3::new(0.0, 1.0, 0.5))).collect();
+    let supports = Supports { fixed: side(&|x| x.x < 0.02), along, ..Supports::default() };
+    let sheet = ElasticSheet { young: 1e6, poisson: 0.3, thickness: 1e-3, volume_density: 1000.0 };
+    let sheet = Shell::new(Mesh::new(positions.clone(), &triangles).unwrap(), sheet, &supports).unwrap();
+    vec![Arc::new(leaf(2)), Arc::new(sheet)]
+}
+
+/// Bits of displacements and velocities after some steps under weight.
+fn stepped(shell: &Arc<Shell>, strength: f64) -> Vec<u64> {
+    let mut solver = Solver::new(shell.clone()).unwrap();
+    let still = vec![Vec3::zeros(); shell.mass.len()];
+    let (mut u, mut velocity) = (still.clone(), still);
+    let weight: Vec<Vec3> = shell.mass.iter().map(|m| Vec3::new(0.3, -0.2, -1.0) * (m * strength)).collect();
+    for _ in 0..3 {
+        let damping = Rayleigh { mass: 0.5, stiffness: 0.0 };
+        solver.implicit_euler(&mut u, &mut velocity, &weight, damping, 1.0 / 30.0).unwrap();
+    }
+    u.iter().chain(&velocity).flat_map(|d| d.data.0[0].map(f64::to_bits)).collect()
+}
+
+/// A state on the full shell that is led by a handle, saved.
+fn led(shell: &Arc<Shell>) -> Vec<u8> {
+    let options = Options { modes: 2, ..Options::default() };
+    let model = Arc::new(Model::precompute(shell.clone(), &options, &mut |_, _| Ok(())).unwrap());
+    let mut state = State::new(model, Method::ImplicitShell, Integrator::ImplicitEuler).unwrap();
+    let vertex = *shell.free.last().unwrap();
+    let target = Target::Position(shell.mesh.positions[vertex as usize] + Vec3::new(0.0, 0.0, 0.01));
+    state.set_constraint(Constraint { id: 1, vertex, axes: [true; 3], compliance: 0.0, target }).unwrap();
+    (0..2).for_each(|_| state.step(1.0 / 30.0).unwrap());
+    state.save()
+}
+
+/// K + M/h² at rest, and that less so much of M that it is not positive definite.
+fn matrices(shell: &Shell) -> [BlockMatrix; 2] {
+    [900.0, -1e6].map(|shift| {
+        let mut matrix = shell.matrix(&[]);
+        let add = &mut |(vertices, row): (&[u32], &[Vec3])| {
+            matrix.add_element(vertices, |p, q| row[p] * row[q].transpose());
+        };
+        shell.energy.visit_rest_rows(add);
+        shell.free.iter().enumerate().for_each(|(i, v)| matrix.add_diagonal(i, shift * shell.mass[*v as usize]));
+        matrix.fill_rollers(|stiffness| stiffness);
+        matrix
+    })
+}
+
+/// Bits of x = A⁻¹b by a factor, which is that of A: ‖Ax − b‖ is rounding, by a product that knows nothing of the factor.
+fn solved(shell: &Shell) -> Vec<u64> {
+    let [matrix, indefinite] = matrices(shell);
+    let symbolic = shell.analysis(matrix.lower.symbolic()).unwrap();
+    assert!(symbolic.bytes() > 0, "its factor is one of those that are shared");
+    assert!(symbolic.cholesky(&indefinite.lower).unwrap().is_none());
+    let factor = symbolic.cholesky(&matrix.lower).unwrap().unwrap();
+    let n = matrix.lower.ncols();
+    let b: Vec<f64> = (0..n).map(|i| libm::sin(1.7 * i as f64)).collect();
+    let (mut x, mut product) = (b.clone(), vec![0.0; n]);
+    factor.solve_in_place(faer::MatMut::from_column_major_slice_mut(&mut x, n, 1)).unwrap();
+    matrix.times(&x, &mut product);
+    let norm = |v: &mut dyn Iterator<Item = f64>| v.map(|v| v * v).sum::<f64>().sqrt();
+    let largest = matrix.lower.val().iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+    let off = norm(&mut product.iter().zip(&b).map(|(a, b)| a - b));
+    // Of a backward stable solution, some units of rounding of ‖A‖‖x‖; a wrong entry of the factor would leave parts of ‖b‖.
+    let rounding = 100.0 * f64::EPSILON * largest * norm(&mut x.iter().copied());
+    assert!(off <= rounding && rounding < 1e-2 * norm(&mut b.iter().copied()), "{off:e} of {rounding:e}");
+    // Columns at once are solved by the same factor in another order.
+    let mut twice = [b.clone(), b].concat();
+    factor.solve_in_place(faer::MatMut::from_column_major_slice_mut(&mut twice, n, 2)).unwrap();
+    let apart = norm(&mut twice[n..].iter().zip(&x).map(|(a, b)| a - b));
+    assert!(apart <= 1e-6 * norm(&mut x.iter().copied()), "{apart:e}"); // rounding times the condition, up to 1e8 here
+    x.iter().map(|x| x.to_bits()).collect()
+}
+
+/// One state's work is shared to the same bits: alone, beside others that share, and inside work on many.
+fn large_shells_move_to_the_same_bits() {
+    let shells = large();
+    assert!(set_threads(1));
+    let results = |strength| shells.iter().map(|shell| stepped(shell, strength)).collect::<Vec<_>>();
+    let alone: Vec<_> = [3.0, 9.8].map(results).into();
+    let (linear, saved) = (shells.iter().map(|s| solved(s)).collect::<Vec<_>>(), led(&shells[0]));
+    for count in [2, 3, 4, 8, 16] {
+        assert!(set_threads(count));
+        assert!(results(9.8) == alone[1], "{count} threads");
+        assert!(shells.iter().map(|s| solved(s)).eq(linear.iter().cloned()), "{count} threads");
+        assert!(led(&shells[0]) == saved, "{count} threads");
+    }
+    let mut many: Vec<_> = (0..4).map(|k| (&shells[k % 2], &alone[k / 2][k % 2], [3.0, 9.8][k / 2], false)).collect();
+    for_each(&mut many, |_| 1_000_000, |(shell, end, strength, same)| *same = stepped(shell, *strength) == **end);
+    assert!(many.iter().all(|(.., same)| *same), "states that are stepped at once");
+    std::thread::scope(|scope| {
+        for (shell, end, strength, _) in &many {
+            scope.spawn(move || assert!(stepped(shell, *strength) == **end, "calls at the same time"));
+        }
+    });
+}
+
+/// Tasks run once each, after those that they wait for; an error or a panic ends all, and is the caller's.
+fn tasks_wait_for_one_another() {
+    let n = 200;
+    // Each waits for two earlier ones.
+    let pairs: Vec<[u32; 2]> = (1..n).flat_map(|k| [[k / 2, k], [(k - 1) / 3, k]]).filter(|[a, b]| a < b).collect();
+    let mut pairs = pairs;
+    pairs.sort_unstable();
+    pairs.dedup();
+    let tasks = Tasks::new(n as usize, &pairs, (0..u64::from(n)).map(|k| k * 7 % 13).collect());
+    let done: Vec<_> = (0..n).map(|_| std::sync::atomic::AtomicUsize::new(0)).collect();
+    let runs = |k: usize| done[k].load(std::sync::atomic::Ordering::SeqCst);
+    for count in [1, 2, 5] {
+        assert!(set_threads(count));
+        done.iter().for_each(|runs| runs.store(0, std::sync::atomic::Ordering::SeqCst));
+        let outcome = tasks.run(
+            1_000_000_000,
+            || Ok::<_, usize>(()),
+            |(), task, _| {
+                let earlier = pairs.iter().filter(|[_, second]| *second as usize == task);
+                assert!(earlier.clone().all(|[first, _]| runs(*first as usize) == 1), "{task} came too soon");
+                done[task].fetch_add(1, std::sync::atomic::Ordering::SeqCst);
+                Ok(())
+            },
+        );
+        assert_eq!(outcome, Ok(()));
+        assert!((0..n as usize).all(|k| runs(k) == 1), "{count} threads");
+        let failing = |(): &mut (), task: usize, _: threads::WaitFor| if task == 150 { Err(task) } else { Ok(()) };
+        assert_eq!(tasks.run(1_000_000_000, || Ok(()), failing), Err(150), "{count} threads");
+        let falls = std::panic::catch_unwind(|| {
+            let falling = |(): &mut (), task: usize, _: threads::WaitFor| {
+                assert!(task != 150, "it fell");
+                Ok::<_, usize>(())
+            };
+            tasks.run(1_000_000_000, || Ok(()), falling)
+        });
+        assert!(falls.is_err(), "{count} threads");
+    }
+    let inside = std::sync::atomic::AtomicUsize::new(0);
+    share(u64::MAX, |threads| {
+        assert!((1..=5).contains(&threads));
+        share(u64::MAX, |threads| {
+            assert_eq!(threads, 1, "shared work does not share again");
+            inside.fetch_add(1, std::sync::atomic::Ordering::SeqCst);
+        });
+    });
+    assert_eq!(inside.into_inner(), 5);
+}
+
 #[test]
 fn the_pool_visits_all_once_to_the_same_bits_and_comes_and_goes_as_asked() {
     assert!(set_threads(4));
@@ -132,6 +285,9 @@ fn the_pool_visits_all_once_to_the_same_bits_and_comes_and_goes_as_asked() {
         assert!(set_threads(count));
         assert!(trained() == alone, "trained on {count} threads");
     }
+
+    tasks_wait_for_one_another();
+    large_shells_move_to_the_same_bits();
 
     assert!(set_threads(1));
     wait_for(&[]);

@@ -27,5 +27,6 @@ SHELLWARP_PLUGIN_EXPORT MStatus uninitializePlugin(MObject object) {
   MFnPlugin plugin(object);
   const MStatus status = plugin.deregisterCommand("shellWarp");
   CHECK_MSTATUS_AND_RETURN_IT(status);
+  sw_set_threads(1);  // the library's threads end before it is unloaded
   return plugin.deregisterNode(ShellWarpNode::nodeId);
 }

@@ -96,10 +96,13 @@ fn put_the_first_of_each_first(jobs: &mut [Job]) {
     }
 }
 
-/// Sets how many threads sw_states_step may use in this process, the calling one included: 1 for the calling one alone, 0 for
-/// as many as the process may use (the default). The library's threads end before this returns, and new ones are made when
-/// they are needed: call it with 1 before unloading the library, if sw_states_step has been used.
-/// Errors: SW_ERROR_INVALID_ARGUMENT beyond 1024, SW_ERROR_BUSY while another thread is inside sw_states_step.
+/// Sets how many threads the library may use in this process, the calling one included: 1 for the calling one alone, 0 for
+/// as many as the process may use (the default), and no more than RAYON_NUM_THREADS of the environment where that is set.
+/// Threads share the states of sw_states_step, many bound points, and the work of steps, equilibria, certificates and
+/// precomputes on full shells of some thousand vertices, to the same bits on any number. Calls on several threads do not share
+/// among the same ones: the second works on its own. The library's threads end before this returns, and new ones are made when
+/// they are needed: call it with 1 before unloading the library.
+/// Errors: SW_ERROR_INVALID_ARGUMENT beyond 1024, SW_ERROR_BUSY while a call on another thread uses them.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sw_set_threads(count: u32) -> SwStatus {
     guard(|| {
@@ -107,7 +110,7 @@ pub unsafe extern "C" fn sw_set_threads(count: u32) -> SwStatus {
             return Err(Fault::argument(format!("{count} threads: at most {MOST_THREADS}")));
         }
         if !set_threads(count as usize) {
-            return Err(Fault::new(SW_ERROR_BUSY, "the threads are in use by sw_states_step on another thread"));
+            return Err(Fault::new(SW_ERROR_BUSY, "the threads are in use by a call on another thread"));
         }
         Ok(())
     })

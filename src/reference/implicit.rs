@@ -137,8 +137,10 @@ impl Solver {
         let shell = &self.shell;
         let momentum = |v: &u32| (shell.mass[*v as usize] * velocity[*v as usize]).norm_squared();
         let inertia = shell.free.iter().map(momentum).sum::<f64>().sqrt() / h;
-        self.force.fill(Vec3::zeros());
-        shell.energy.add_gradient(&self.origin, &mut self.force);
+        if !self.newton.parts.gradient(shell, &self.origin, &mut self.force) {
+            self.force.fill(Vec3::zeros());
+            shell.energy.add_gradient(&self.origin, &mut self.force);
+        }
         free_norm(shell, forces) + inertia + free_norm(shell, &self.force)
     }
 }

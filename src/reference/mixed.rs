@@ -20,6 +20,7 @@
 
 use super::free_norm;
 use super::newton::{Convergence, Newton, Stop};
+use super::parts::Parts;
 use super::potential::Potential;
 use crate::{Result, Vec3};
 
@@ -134,7 +135,7 @@ impl Newton {
         let (mut shift, mut stable, mut last) = (Shift::default(), false, f64::INFINITY);
         let mut kept = false;
         for iterations in 0..=stop.max_iterations {
-            potential.gradient(x, &mut self.gradient);
+            potential.gradient_in(&mut self.parts, x, &mut self.gradient);
             let force = free_norm(shell, &self.gradient);
             let residual = force / stop.scale;
             watch(residual)?;
@@ -171,19 +172,22 @@ impl Newton {
             stable = shift.tau == 0.0 && !bare && !(self.foreign && iterations == 0);
             shift.tau = if shift.tau > LEAST * shift.first { FALL * shift.tau } else { 0.0 };
             self.step_in_reach(potential, x);
-            foresee(potential, x, &self.trial, stress);
+            foresee(potential, &mut self.parts, [x, &self.trial], stress);
             x.copy_from_slice(&self.trial);
         }
         Ok(None)
     }
 
     /// The first stress.
-    fn begin(&self, potential: &Potential, x: &[Vec3], stress: &mut Vec<f64>) {
-        foresee(potential, x, x, stress);
+    fn begin(&mut self, potential: &Potential, x: &[Vec3], stress: &mut Vec<f64>) {
+        foresee(potential, &mut self.parts, [x, x], stress);
         let membrane = &mut stress[..potential.shell.energy.n_membrane()];
         if self.foreign {
             membrane.fill(0.0);
         } else if self.coasting {
+            if self.parts.find_strains(potential.shell, potential.origin, None) {
+                return self.parts.read_strains(membrane);
+            }
             let mut each = membrane.iter_mut();
             potential.shell.energy.visit_strains(potential.origin, &mut |_, strain| {
                 each.next().into_iter().for_each(|stress| *stress = strain);
@@ -194,9 +198,9 @@ impl Newton {
     /// Takes `x`, where the shell coasts to, back to where it is if that leaves less force, but for what the membrane stretches on the way.
     fn choose_start(&mut self, potential: &Potential, x: &mut [Vec3], stress: &mut Vec<f64>) {
         self.begin(potential, x, stress);
-        potential.mixed_gradient(x, stress, &mut self.gradient);
+        potential.mixed_gradient(&mut self.parts, x, stress, &mut self.gradient);
         let coasting = free_norm(potential.shell, &self.gradient);
-        potential.gradient(potential.origin, &mut self.gradient);
+        potential.gradient_in(&mut self.parts, potential.origin, &mut self.gradient);
         let still = free_norm(potential.shell, &self.gradient);
         if coasting.is_nan() || coasting > still {
             x.copy_from_slice(potential.origin);
@@ -207,7 +211,7 @@ impl Newton {
     fn correct_last(&mut self, potential: &Potential, x: &mut [Vec3], force: f64) -> Result<f64> {
         self.solve_by_gradient(potential)?;
         self.try_step(potential, x, 1.0);
-        potential.gradient(&self.trial, &mut self.gradient);
+        potential.gradient_in(&mut self.parts, &self.trial, &mut self.gradient);
         let left = free_norm(potential.shell, &self.gradient);
         if left < force {
             x.copy_from_slice(&self.trial);
@@ -242,13 +246,13 @@ impl Newton {
         self.made_at = None;
         self.begin(potential, x, &mut stress);
         for _ in 0..steps {
-            potential.gradient(x, &mut self.gradient);
+            potential.gradient_in(&mut self.parts, x, &mut self.gradient);
             let (wanted, mut shift) = ((&mut stress, [0.0, 0.0], false), Shift::default());
             if self.next_direction(potential, x, wanted, (&mut shift, Unstable::Shift))?.is_none() {
                 break;
             }
             self.step_in_reach(potential, x);
-            foresee(potential, x, &self.trial, &mut stress);
+            foresee(potential, &mut self.parts, [x, &self.trial], &mut stress);
             x.copy_from_slice(&self.trial);
         }
         self.stress = stress;
@@ -299,7 +303,7 @@ impl Newton {
     ) -> Result<bool> {
         let shell = potential.shell;
         for _ in 0..FACTORIZATIONS {
-            potential.assemble_mixed(x, stress, &mut self.matrix);
+            potential.assemble_mixed(&mut self.parts, x, stress, &mut self.matrix);
             self.noise.measure(potential, x, &self.matrix);
             for (i, v) in potential.free().enumerate() {
                 self.matrix.add_diagonal(i, shift.tau * shell.mass[v]);
@@ -322,7 +326,7 @@ impl Newton {
                 continue;
             }
             let mut forces = vec![Vec3::zeros(); x.len()];
-            potential.mixed_gradient(x, stress, &mut forces);
+            potential.mixed_gradient(&mut self.parts, x, stress, &mut forces);
             let squared: f64 = potential.free().map(|v| forces[v].norm_squared() / shell.mass[v]).sum();
             let tau = (squared / shell.total_mass).sqrt() / (SHIFTED * shell.mesh.size);
             *shift = Shift { tau, first: tau };
@@ -332,8 +336,12 @@ impl Newton {
 }
 
 /// σ ← ε(x) + J (next − x).
-fn foresee(potential: &Potential, x: &[Vec3], next: &[Vec3], stress: &mut Vec<f64>) {
+fn foresee(potential: &Potential, parts: &mut Parts, [x, next]: [&[Vec3]; 2], stress: &mut Vec<f64>) {
     stress.clear();
+    if parts.find_strains(potential.shell, x, Some(next)) {
+        stress.resize(potential.shell.energy.n_elements(), 0.0);
+        return parts.read_strains(stress);
+    }
     potential.shell.energy.visit_strains(x, &mut |(vertices, row), strain| {
         let change: f64 = vertices.iter().zip(row).map(|(&v, b)| b.dot(&(next[v as usize] - x[v as usize]))).sum();
         stress.push(strain + change);

@@ -19,6 +19,7 @@ mod mixed;
 mod newton;
 mod noise;
 pub(crate) mod orientation;
+mod parts;
 mod potential;
 mod sag;
 

@@ -15,6 +15,7 @@ use super::free_norm;
 use super::implicit::STEP_SOLVES;
 use super::mixed::Unstable;
 use super::noise::Noise;
+use super::parts::Parts;
 use super::potential::Potential;
 use crate::energy::Curvature;
 use crate::mesh::NONE;
@@ -99,6 +100,8 @@ pub struct Newton {
     pub(super) reusing: bool,
     /// Whether searches begin at poses of another method, and what they find is examined for its stability.
     pub(super) foreign: bool,
+    /// What several threads share.
+    pub(super) parts: Parts,
 }
 
 /// The last iterate that Φ fell to, and how far it is left behind.
@@ -124,7 +127,7 @@ impl Newton {
         let fields = (self.gradient.len() + self.trial.len() + self.lowest.len() + self.foreseen.len())
             * size_of::<Vec3>()
             + (self.direction.len() + self.conjugate.len()) * size_of::<f64>();
-        entries + fields + self.symbolic.factor_bytes()
+        entries + fields + self.symbolic.factor_bytes() + self.symbolic.bytes() + self.parts.bytes()
     }
 
     /// Another with the settings of this one.
@@ -188,6 +191,7 @@ impl Newton {
             conjugate: Conjugate::default(),
             reusing: true,
             foreign: false,
+            parts: Parts::default(),
         })
     }
 
@@ -218,7 +222,7 @@ impl Newton {
         }
         let mut last = f64::INFINITY;
         for iterations in self.factorizations - before.. {
-            potential.gradient(x, &mut self.gradient);
+            potential.gradient_in(&mut self.parts, x, &mut self.gradient);
             let force = free_norm(potential.shell, &self.gradient);
             let residual = force / stop.scale;
             watch(residual)?;
@@ -291,7 +295,7 @@ impl Newton {
 
     /// Finds Δ and returns the slope ∇Φ·Δ < 0.
     fn find_direction(&mut self, potential: &Potential, x: &[Vec3]) -> Result<f64> {
-        potential.assemble(x, Curvature::Exact, &mut self.matrix);
+        potential.assemble(&mut self.parts, x, Curvature::Exact, &mut self.matrix);
         self.noise.measure(potential, x, &self.matrix);
         self.exact = true;
         if let Some(slope) = self.solve(potential)? {
@@ -304,7 +308,7 @@ impl Newton {
             return Ok(slope);
         }
         self.exact = false;
-        potential.assemble(x, Curvature::Semidefinite, &mut self.matrix);
+        potential.assemble(&mut self.parts, x, Curvature::Semidefinite, &mut self.matrix);
         self.stiffen_by_noise(potential, shift);
         for _ in 0..TRIALS {
             for (i, v) in potential.free().enumerate() {
@@ -439,7 +443,7 @@ impl Newton {
 
     /// Whether the slope at the trial is smaller than at the start.
     fn flattens(&mut self, potential: &Potential, slope: f64) -> bool {
-        potential.gradient(&self.trial, &mut self.gradient);
+        potential.gradient_in(&mut self.parts, &self.trial, &mut self.gradient);
         self.slope(potential).abs() <= 0.9 * slope.abs()
     }
 

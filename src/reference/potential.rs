@@ -6,6 +6,7 @@
 //! step. And the energies of the [`Constraints`] and of what joins besides. Its gradient is zero where M (u̇⁺ − u̇)/h + D (u̇⁺ − u̇) + C(x₀) u̇⁺ + ∇E(x) = F with u̇⁺ = d/h. An equilibrium has the first two terms.
 
 use super::constraints::Constraints;
+use super::parts::Parts;
 use super::{Rayleigh, add_viscous_force};
 use crate::energy::{Curvature, Mat3};
 use crate::point_energy::PointEnergy;
@@ -70,6 +71,16 @@ impl Potential<'_> {
         self.constraints.project(gradient);
     }
 
+    /// The same, on several threads where that pays.
+    pub fn gradient_in(&self, parts: &mut Parts, x: &[Vec3], gradient: &mut [Vec3]) {
+        if parts.gradient(self.shell, x, gradient) {
+            self.add_other_forces(x, gradient);
+            self.constraints.project(gradient);
+        } else {
+            self.gradient(x, gradient);
+        }
+    }
+
     /// ∇Φ(x) along all directions that supports leave; meaningless at vertices that are not free.
     pub fn whole_gradient(&self, x: &[Vec3], gradient: &mut [Vec3]) {
         gradient.fill(Vec3::zeros());
@@ -107,7 +118,10 @@ impl Potential<'_> {
     }
 
     /// ∂²Φ/∂x² over the free vertices.
-    pub fn assemble(&self, x: &[Vec3], curvature: Curvature, matrix: &mut BlockMatrix) {
+    pub fn assemble(&self, parts: &mut Parts, x: &[Vec3], curvature: Curvature, matrix: &mut BlockMatrix) {
+        if parts.add_hessian(self, x, (curvature, None), matrix) {
+            return self.add_others(x, curvature, matrix);
+        }
         matrix.clear();
         self.shell.energy.visit_hessian(x, curvature, &mut |(vertices, blocks)| {
             let block = |p: usize, q: usize| blocks[p * vertices.len() + q];
@@ -117,19 +131,24 @@ impl Potential<'_> {
     }
 
     /// ∇Φ(x) along what constraints leave free, with these `stress`es of the elements in the place of their strains.
-    pub fn mixed_gradient(&self, x: &[Vec3], stress: &[f64], gradient: &mut [Vec3]) {
-        gradient.fill(Vec3::zeros());
-        let mut each = stress.iter();
-        self.shell.energy.visit_rows(x, &mut |(vertices, row)| {
-            let stress = each.next().copied().unwrap_or(0.0);
-            vertices.iter().zip(row).for_each(|(&v, b)| gradient[v as usize] += stress * b);
-        });
+    pub fn mixed_gradient(&self, parts: &mut Parts, x: &[Vec3], stress: &[f64], gradient: &mut [Vec3]) {
+        if !parts.mixed_gradient(self.shell, x, stress, gradient) {
+            gradient.fill(Vec3::zeros());
+            let mut each = stress.iter();
+            self.shell.energy.visit_rows(x, &mut |(vertices, row)| {
+                let stress = each.next().copied().unwrap_or(0.0);
+                vertices.iter().zip(row).for_each(|(&v, b)| gradient[v as usize] += stress * b);
+            });
+        }
         self.add_other_forces(x, gradient);
         self.constraints.project(gradient);
     }
 
     /// ∂²Φ/∂x² over the free vertices with these `stress`es of the elements in the place of their strains.
-    pub fn assemble_mixed(&self, x: &[Vec3], stress: &[f64], matrix: &mut BlockMatrix) {
+    pub fn assemble_mixed(&self, parts: &mut Parts, x: &[Vec3], stress: &[f64], matrix: &mut BlockMatrix) {
+        if parts.add_hessian(self, x, (Curvature::Exact, Some(stress)), matrix) {
+            return self.add_others(x, Curvature::Exact, matrix);
+        }
         matrix.clear();
         self.shell.energy.visit_mixed_hessian(x, stress, &mut |(vertices, blocks)| {
             let block = |p: usize, q: usize| blocks[p * vertices.len() + q];

@@ -136,9 +136,7 @@ impl BlockMatrix {
 
     /// What of a block lets free vertices i and j move.
     fn projected(&self, i: u32, block: Matrix3<f64>, j: u32) -> Matrix3<f64> {
-        let roller = |k: u32| self.rollers.get(self.roller_at[k as usize] as usize).map(|(roller, _)| roller.free);
-        let rows = roller(i).map_or(block, |free| free * block);
-        roller(j).map_or(rows, |free| rows * free)
+        Rollers { rollers: &self.rollers, roller_at: &self.roller_at }.projected(i, block, j)
     }
 
     /// Fills what held directions leave empty of the diagonal, by `value` of the stiffness there.
@@ -151,15 +149,32 @@ impl BlockMatrix {
     }
 
     fn add_block(&mut self, i: u32, j: u32, block: &Matrix3<f64>) {
-        let j_first = 3 * j as usize;
-        let below = 3 * place_of(i, self.pattern.column(j as usize));
+        let place = place_of(i, self.pattern.column(j as usize));
         let (symbolic, values) = self.lower.parts_mut();
-        for (c, start) in symbolic.col_ptr()[j_first..j_first + 3].iter().enumerate() {
-            // Column c of a diagonal block begins with its own entry.
-            let above = if i == j { c } else { 0 };
-            let column = &mut values[start + below + above - c..start + below + 3 - c];
-            column.iter_mut().zip(&block.as_slice()[3 * c + above..]).for_each(|(entry, b)| *entry += b);
-        }
+        add_block(symbolic.col_ptr(), (values, 0), (i, place, j), block);
+    }
+
+    /// The columns of ranges of free vertices, ascending, each for a thread of its own.
+    pub fn columns(&mut self, ranges: impl Iterator<Item = [usize; 2]>) -> Vec<Columns<'_>> {
+        let Self { lower, pattern, index, rollers, roller_at } = self;
+        let rollers = Rollers { rollers, roller_at };
+        let (symbolic, mut values) = lower.parts_mut();
+        let (starts, mut taken) = (symbolic.col_ptr(), 0);
+        let part = |[first, end]: [usize; 2]| {
+            let (own, rest) = std::mem::take(&mut values)[starts[3 * first] - taken..]
+                .split_at_mut(starts[3 * end] - starts[3 * first]);
+            (values, taken) = (rest, starts[3 * end]);
+            Columns {
+                free: [first as u32, end as u32],
+                values: own,
+                skipped: starts[3 * first],
+                starts,
+                pattern,
+                index,
+                rollers,
+            }
+        };
+        ranges.map(part).collect()
     }
 
     /// Adds `value` to the three diagonal entries of the i-th free vertex.
@@ -178,28 +193,116 @@ impl BlockMatrix {
 
     /// `product` ← the matrix times `x` (n_unknowns).
     pub fn times(&self, x: &[f64], product: &mut [f64]) {
-        let (pattern, values) = (self.lower.symbolic(), self.lower.val());
+        let (starts, values) = (self.lower.symbolic().col_ptr(), self.lower.val());
         product.fill(0.0);
-        for j in 0..x.len() {
-            // Its column begins with the diagonal.
-            let column = pattern.col_ptr()[j]..pattern.col_ptr()[j + 1];
-            let (rows, values) = (&pattern.row_idx()[column.clone()], &values[column]);
-            let mut sum = values[0] * x[j];
-            for (i, value) in rows[1..].iter().zip(&values[1..]) {
-                product[*i] += value * x[j];
-                sum += value * x[*i];
+        for j in 0..x.len() / 3 {
+            let first = 3 * j;
+            // Each column begins with its diagonal entry.
+            let [a, b, c] = [0, 1, 2].map(|k| &values[starts[first + k]..starts[first + k + 1]]);
+            let own = [x[first], x[first + 1], x[first + 2]];
+            let mut sums =
+                [a[0] * own[0] + a[1] * own[1] + a[2] * own[2], b[0] * own[1] + b[1] * own[2], c[0] * own[2]];
+            product[first + 1] += a[1] * own[0];
+            product[first + 2] = product[first + 2] + a[2] * own[0] + b[1] * own[1];
+            let blocks = a[3..].chunks_exact(3).zip(b[2..].chunks_exact(3)).zip(c[1..].chunks_exact(3));
+            for (&i, ((a, b), c)) in self.pattern.column(j)[1..].iter().zip(blocks) {
+                let at = 3 * i as usize;
+                let (other, product) = (&x[at..at + 3], &mut product[at..at + 3]);
+                for r in 0..3 {
+                    product[r] = product[r] + a[r] * own[0] + b[r] * own[1] + c[r] * own[2];
+                    sums[0] += a[r] * other[r];
+                    sums[1] += b[r] * other[r];
+                    sums[2] += c[r] * other[r];
+                }
             }
-            product[j] += sum;
+            (0..3).for_each(|k| product[first + k] += sums[k]);
         }
     }
 
     /// Fails with the first entry that is not finite.
     pub fn require_finite(&self) -> Result<()> {
+        // All are looked at, without a branch for each.
+        if self.lower.val().iter().fold(true, |all, v| all & v.is_finite()) {
+            return Ok(());
+        }
         let Some(bad) = self.lower.val().iter().find(|v| !v.is_finite()) else {
             return Ok(());
         };
         let message = format!("the stiffness matrix has the entry {bad:?}: stiffness, density or size out of range");
         Err(Error::new(ErrorKind::Numerical, message))
+    }
+}
+
+/// Adds a block whose place in its column of blocks is known to values that begin after so many `skipped` ones.
+#[inline(always)]
+fn add_block(
+    starts: &[usize],
+    (values, skipped): (&mut [f64], usize),
+    (i, place, j): (u32, usize, u32),
+    block: &Matrix3<f64>,
+) {
+    let (j_first, below) = (3 * j as usize, 3 * place);
+    for (c, start) in starts[j_first..j_first + 3].iter().enumerate() {
+        // Column c of a diagonal block begins with its own entry.
+        let above = if i == j { c } else { 0 };
+        let at = start - skipped + below;
+        let column = &mut values[at + above - c..at + 3 - c];
+        column.iter_mut().zip(&block.as_slice()[3 * c + above..]).for_each(|(entry, b)| *entry += b);
+    }
+}
+
+/// What is held of free vertices.
+#[derive(Clone, Copy)]
+struct Rollers<'a> {
+    rollers: &'a [(Roller, f64)],
+    roller_at: &'a [u32],
+}
+
+impl Rollers<'_> {
+    fn projected(&self, i: u32, block: Matrix3<f64>, j: u32) -> Matrix3<f64> {
+        let roller = |k: u32| self.rollers.get(self.roller_at[k as usize] as usize).map(|(roller, _)| roller.free);
+        let rows = roller(i).map_or(block, |free| free * block);
+        roller(j).map_or(rows, |free| rows * free)
+    }
+}
+
+/// The columns of some free vertices.
+pub struct Columns<'a> {
+    /// From one to before the other.
+    free: [u32; 2],
+    values: &'a mut [f64],
+    /// Values before these.
+    skipped: usize,
+    starts: &'a [usize],
+    pattern: &'a BlockPattern,
+    index: &'a [u32],
+    rollers: Rollers<'a>,
+}
+
+impl Columns<'_> {
+    /// Sets these to zero.
+    pub fn clear(&mut self) {
+        self.values.fill(0.0);
+    }
+
+    /// As [`BlockMatrix::add_element`], what of it is in these columns.
+    pub fn add_element(&mut self, vertices: &[u32], block: impl Fn(usize, usize) -> Matrix3<f64>) {
+        for (q, &v) in vertices.iter().enumerate() {
+            let j = self.index[v as usize];
+            if !(self.free[0]..self.free[1]).contains(&j) {
+                continue;
+            }
+            for (p, &w) in vertices.iter().enumerate() {
+                let i = self.index[w as usize];
+                if i != NONE && j <= i {
+                    let block = block(p, q);
+                    let block =
+                        if self.rollers.rollers.is_empty() { block } else { self.rollers.projected(i, block, j) };
+                    let place = place_of(i, self.pattern.column(j as usize));
+                    add_block(self.starts, (self.values, self.skipped), (i, place, j), &block);
+                }
+            }
+        }
     }
 }
 

@@ -1,6 +1,8 @@
 //! Sparse factorizations over one symbolic analysis: Cholesky to solve with, LBLᵀ to count negative eigenvalues with.
 
+use super::branches::{Branches, SumRoom};
 use super::ordering::{minimum_degree, nested_dissection};
+use super::panels::Panels;
 use crate::{Error, ErrorKind, Result, Vec3};
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::perm::PermRef;
@@ -14,10 +16,13 @@ use faer::sparse::linalg::cholesky::{
 use faer::sparse::{SparseColMat, SymbolicSparseColMatRef};
 use faer::{Conj, MatMut, Par, Side};
 
-/// One thread: results must not depend on the number of threads.
+/// One thread: results must not depend on the number of threads. Large factors have several by [`Branches`].
 const PAR: Par = Par::Seq;
 
-fn out_of_memory(what: &str) -> Error {
+/// From this many multiplications on a factor is made in panels, whose order does not depend on threads: some milliseconds of one.
+const BRANCHED: f64 = 3e7;
+
+pub(super) fn out_of_memory(what: &str) -> Error {
     Error::new(ErrorKind::OutOfMemory, format!("not enough memory for the {what}"))
 }
 
@@ -28,17 +33,24 @@ const DISSECTED: usize = 5_000;
 /// a lower-triangular pattern.
 pub struct Symbolic {
     inner: SymbolicCholesky<usize>,
+    /// Of a large one.
+    panels: Option<Panels>,
 }
 
 impl Symbolic {
     /// Analyses a pattern of 3 × 3 blocks, each of which lies at one of the `points`.
     pub fn analyse(lower: SymbolicSparseColMatRef<'_, usize>, points: &[Vec3]) -> Result<Self> {
-        let by_degree = Self::ordered::<3>(lower, &minimum_degree::<3>(lower)?)?;
-        if points.len() < DISSECTED {
-            return Ok(by_degree);
+        let mut best = Self::ordered::<3>(lower, &minimum_degree::<3>(lower)?)?;
+        if points.len() >= DISSECTED {
+            let dissected = Self::ordered::<3>(lower, &nested_dissection(lower, points)?)?;
+            if dissected.operations() < best.operations() {
+                best = dissected;
+            }
         }
-        let dissected = Self::ordered::<3>(lower, &nested_dissection(lower, points)?)?;
-        Ok(if dissected.operations() < by_degree.operations() { dissected } else { by_degree })
+        if let Some(order) = best.inner.perm().filter(|_| best.operations() >= BRANCHED) {
+            best.panels = Panels::new(best.structure(), lower, order)?;
+        }
+        Ok(best)
     }
 
     /// Analyses a pattern of single entries. Its factors are made column by column, in plain sums: their bits are the same on every
@@ -64,7 +76,7 @@ impl Symbolic {
         let params = CholeskySymbolicParams { supernodal_flop_ratio_threshold, ..Default::default() };
         let inner = factorize_symbolic_cholesky(lower, Side::Lower, order, params)
             .map_err(|_| out_of_memory("symbolic factorization"))?;
-        Ok(Self { inner })
+        Ok(Self { inner, panels: None })
     }
 
     fn structure(&self) -> &SymbolicSupernodalCholesky<usize> {
@@ -72,6 +84,15 @@ impl Symbolic {
             unreachable!("an analysis of blocks is supernodal");
         };
         structure
+    }
+
+    fn branches(&self) -> Option<Branches<'_>> {
+        self.panels.as_ref().map(|panels| Branches { structure: self.structure(), panels })
+    }
+
+    /// Bytes of what a large factor is made by.
+    pub fn bytes(&self) -> usize {
+        self.panels.as_ref().map_or(0, Panels::bytes)
     }
 
     /// Multiplications of a factorization: the squares of the numbers of entries of the factor's columns.
@@ -108,6 +129,9 @@ impl Symbolic {
 
     /// A = LLᵀ into `factor`, whose values mean nothing when the answer is no: A is not numerically positive definite.
     pub fn refactorize(&self, lower: &SparseColMat<usize, f64>, factor: &mut Factor) -> Result<bool> {
+        if let Some(branches) = self.branches() {
+            return branches.factorize(lower.val(), &mut factor.values, self.operations());
+        }
         let scratch = self.inner.factorize_numeric_llt_scratch::<f64>(PAR, Default::default());
         let mut buffer = MemBuffer::try_new(scratch).map_err(|_| out_of_memory("Cholesky factorization"))?;
         let stack = MemStack::new(&mut buffer);
@@ -125,14 +149,29 @@ impl Symbolic {
 
     /// Room for solutions of so many columns.
     pub fn solving_room(&self, columns: usize) -> Result<SolvingRoom> {
+        if let Some(branches) = self.branches().filter(|_| columns == 1) {
+            let x = crate::error::try_zeroed("a triangular solve", self.inner.nrows())?;
+            return Ok(SolvingRoom::Branched(x, branches.sum_room()?));
+        }
         let scratch = self.inner.solve_in_place_scratch::<f64>(columns, PAR);
-        MemBuffer::try_new(scratch).map(SolvingRoom).map_err(|_| out_of_memory("triangular solve"))
+        MemBuffer::try_new(scratch).map(SolvingRoom::Whole).map_err(|_| out_of_memory("triangular solve"))
     }
 
-    /// As [`Symbolic::solve_in_place`], without allocating.
-    pub fn solve_in_room(&self, factor: &Factor, x: MatMut<'_, f64>, room: &mut SolvingRoom) {
-        let factor = LltRef::new(&self.inner, &factor.values);
-        factor.solve_in_place_with_conj(Conj::No, x, PAR, MemStack::new(&mut room.0));
+    /// As [`Symbolic::solve_in_place`], without allocating where the factor is small.
+    pub fn solve_in_room(&self, factor: &Factor, mut x: MatMut<'_, f64>, room: &mut SolvingRoom) {
+        match (room, self.branches(), self.inner.perm()) {
+            (SolvingRoom::Branched(permuted, sums), Some(branches), Some(order)) => {
+                let forward = order.arrays().0;
+                permuted.iter_mut().zip(forward).for_each(|(x_k, i)| *x_k = x[(*i, 0)]);
+                branches.solve(&factor.values, permuted, sums);
+                permuted.iter().zip(forward).for_each(|(x_k, i)| x[(*i, 0)] = *x_k);
+            }
+            (SolvingRoom::Whole(room), ..) => {
+                let factor = LltRef::new(&self.inner, &factor.values);
+                factor.solve_in_place_with_conj(Conj::No, x, PAR, MemStack::new(room));
+            }
+            _ => unreachable!("the room is of this analysis"),
+        }
     }
 
     /// The number of negative eigenvalues of A by Sylvester's law of inertia: A = LBLᵀ with Bunch–Kaufman pivoting inside
@@ -206,7 +245,12 @@ fn negative_pivots(n: usize, diagonal: impl Fn(usize) -> f64, below: impl Fn(usi
 }
 
 /// Scratch of solutions.
-pub struct SolvingRoom(MemBuffer);
+pub enum SolvingRoom {
+    /// Of a small factor, or of several columns.
+    Whole(MemBuffer),
+    /// Of a large one.
+    Branched(Vec<f64>, SumRoom),
+}
 
 /// The values of a Cholesky factor, to be filled again and again.
 pub struct Factor {

@@ -2,9 +2,11 @@
 
 mod analysis;
 mod blocks;
+mod branches;
 mod factor;
 mod ordering;
+mod panels;
 
 pub use analysis::{Analyses, Kept};
-pub use blocks::{BlockMatrix, VisitElements, entries};
+pub use blocks::{BlockMatrix, Columns, VisitElements, entries};
 pub use factor::{Cholesky, Factor, SolvingRoom, Symbolic};

@@ -57,7 +57,7 @@ impl Newton {
     /// v (n_vertices), 1 by mass, or `None` at a minimum, to rounding.
     fn falling_direction(&mut self, potential: &Potential, x: &[Vec3]) -> Result<Option<Vec<Vec3>>> {
         let shell = potential.shell;
-        potential.assemble(x, Curvature::Exact, &mut self.matrix);
+        potential.assemble(&mut self.parts, x, Curvature::Exact, &mut self.matrix);
         self.matrix.require_finite()?;
         self.noise.measure(potential, x, &self.matrix);
         let mean = self.matrix.diagonal().map(f64::abs).sum::<f64>() / (3.0 * shell.total_mass);
