@@ -188,6 +188,11 @@ impl Solid {
         }
     }
 
+    /// By how much its distance changes with the way to another place, at most: that of a grid, which is interpolated, by up to 1.4 times the way.
+    pub fn slope(&self) -> f64 {
+        if matches!(self.shape, Shape::Grid(_)) { 1.5 } else { 1.0 }
+    }
+
     /// The largest distance that a grid has for a vertex or the middle of a triangle of its mesh, where it should be zero; 0 of other solids.
     pub fn surface_error(&self) -> f64 {
         match &self.shape {

@@ -16,8 +16,6 @@ const SHORTER: f64 = 0.5;
 /// Of the shell's size, the least skin, and what rounding may add to a way.
 const THINNEST: f64 = 2e-3;
 pub const ROUNDING: f64 = 1e-6;
-/// A grid's distance changes by up to 1.4 times the way.
-const SLOPE: f64 = 1.5;
 /// Solids that a probe has room to be near, on average.
 const SOLIDS: usize = 2;
 /// Where more than this part of the vertices is to be placed, all are.
@@ -34,14 +32,9 @@ pub struct Pair {
     pub distance: f64,
 }
 
-/// By how much the distance to a solid changes with the way, at most.
-fn slope(obstacle: &Obstacle) -> f64 {
-    if obstacle.solid.surface_error() == 0.0 { 1.0 } else { SLOPE }
-}
-
 /// How far from a solid what may have come nearer by `way` can be from its surface.
 fn reach(obstacle: &Obstacle, way: f64) -> f64 {
-    slope(obstacle) * (obstacle.solid.surface_error() + way)
+    obstacle.solid.slope() * (obstacle.solid.surface_error() + way)
 }
 
 /// See the module's text.
@@ -185,7 +178,7 @@ impl Near {
             let reach = reach(obstacle, skin);
             let begin = obstacle.begins();
             for (patch, ball) in starts.iter().enumerate() {
-                let around = reach + slope(obstacle) * ball.radius;
+                let around = reach + obstacle.solid.slope() * ball.radius;
                 if begin.is_some_and(|begin| begin.is_far(&ball.center, around))
                     || obstacle.touch_within(&obstacle.at_start(&ball.center), around).is_none()
                 {
