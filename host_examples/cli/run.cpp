@@ -189,6 +189,19 @@ void bind_render_mesh(const Scene &scene, const shellwarp::Model &model, bool qu
                 scene.render_path.c_str(), info.n_points, info.furthest_point, info.furthest_distance);
 }
 
+// Why the automatic choice is not a reduced shell; empty where it is one, or went by a budget. Limp cloth that no training found at rest has the full shell in place of
+// the warp, which gets all of it wrong, where its steps take a fraction of a second.
+std::string settle_choice(const shellwarp::Model &model, const Mesh &mesh, Scene &scene) {
+  constexpr uint32_t kMost = 5000;
+  if (!host::needs_choice(scene.method) || !model.front().empty() || sw_model_offers(model.get(), SW_METHOD_REDUCED_SHELL) == SW_OK) return "";
+  const std::string why = sw_last_error_message();
+  if (why.find("too few to judge") == std::string::npos || mesh.n_vertices() > kMost || any_moves(scene) || scene.reduced.poses)
+    return std::string("auto is the ") + host::method_name(model.info().auto_method) + ": " + why;
+  scene.method = SW_METHOD_SHELL_IMPLICIT;
+  if (!scene.integrator) scene.integrator = SW_INTEGRATOR_SECOND_ORDER;
+  return "auto is the full shell, whose steps take long: " + why + ". It is limp: a stiffer sheet is fast, and --method warp is, but far off";
+}
+
 int run_scene(Scene scene, const RunOptions &options, OutputFolder *folder, Page *page) {
   const uint32_t n_frames = scene.is_static ? 1 : options.frames ? *options.frames : frame_count(scene);
   const Mesh mesh = scene_mesh(scene);
@@ -215,8 +228,7 @@ int run_scene(Scene scene, const RunOptions &options, OutputFolder *folder, Page
   Warnings warnings;
   const shellwarp::Model model = precompute(scene, mesh, options.quiet);
   std::vector<std::string> warned = warnings.taken();
-  if (host::needs_choice(scene.method) && model.front().empty() && sw_model_offers(model.get(), SW_METHOD_REDUCED_SHELL) != SW_OK)
-    warned.push_back(std::string("auto is the ") + host::method_name(model.info().auto_method) + ": " + sw_last_error_message());
+  if (const std::string note = settle_choice(model, mesh, scene); !note.empty()) warned.push_back(note);
   if (render) bind_render_mesh(scene, model, options.quiet, *render);
   shellwarp::State state = make_state(scene, mesh, model);
   Film film(mesh, page ? n_frames : 0, options.compare.size() + 1);
