@@ -60,9 +60,11 @@ class Shapes(Case):
         state = model.state("warp")
         state.set_gravity(self.scene.gravity)
         state.set_damping(s.damping_ratio)
-        middle = numpy.array(bpy.data.objects["Sphere"].matrix_world.translation, float)
-        state.set_colliders([sw.Collider.sphere(0.05, friction=0.25)])
-        state.move_collider(0, middle, teleport=True)
+        sphere = bpy.data.objects["Sphere"]
+        corners = numpy.array([v.co for v in sphere.data.vertices], float)
+        # The mesh's own radius, in float32: a search among contacts that ends one iteration earlier is off by 1e-5 m.
+        state.set_colliders([sw.Collider.sphere(float((corners.max(axis=0) - corners.min(axis=0)).max() / 2), friction=0.25)])
+        state.move_collider(0, numpy.array(sphere.matrix_world.translation, float) + made.middle, teleport=True)
         for frame in range(2, 21):
             self.scene.frame_set(frame)
             state.step(1 / 30)
