@@ -19,6 +19,9 @@ constexpr double kUnseen = 1e-3, kWild = 2;
 // Errors beyond which a method is outside what it was made for, as SwCertificate has it, and beyond which most of what is seen is wrong.
 constexpr double kOutOfRange = 0.2, kMisleading = 0.5;
 
+// How many times as far as anything has moved the full shell is, where that is told.
+constexpr double kMuchMore = 1.9;
+
 // Hertz of a swing that is not stiff: what hardly moves is then of another unit.
 constexpr double kSlow = 0.5;
 
@@ -287,7 +290,7 @@ std::string verdict(const Run &run, bool chosen, bool compared) {
   const bool lost = found.remaining > kRoughAbove;
   if (lost) text += ", roughly, as no balance of the full shell is near it";
   // A share of all that moves says little where hardly anything does.
-  if (const double moved = most_moved(run); moved > 0 && found.max_error > 1.05 * moved)
+  if (const double moved = most_moved(run); moved > 0 && found.max_error > kMuchMore * moved)
     text += format("; the full shell is %.2g times as far from the last frame as anything has moved", found.max_error / moved);
   if (share > kMisleading || found.error > kMisleading || (lost && found.error > kOutOfRange)) text += "; do not trust the picture";
   const bool full_alone = chosen || run.supports_move;  // other accurate methods do not follow such supports

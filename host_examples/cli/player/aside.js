@@ -103,6 +103,7 @@ function fillAside(player) {
     loads.append(row);
   }
   const words = element("words");
+  if (methods.length > 1) loads.after(words); // many words: curves compare better
   const said = [...motion.words, ...comparisons];
   if (said.length) words.append(html("h2", "", "What it says"), ...said.map(sentence));
   for (const { svg, left, right, wide } of plots) {
