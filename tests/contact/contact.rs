@@ -146,6 +146,34 @@ fn a_sheet_on_an_incline_slides_if_and_only_if_it_is_steeper_than_its_friction()
 }
 
 #[test]
+fn a_sheet_that_slides_on_a_level_plane_is_slowed_by_mu_g() {
+    let model = sheet_model();
+    // Not by the paper's warp, whose forces are not those of virtual work: its sheet tips over.
+    for method in FREE.into_iter().filter(|method| *method != Method::Warp) {
+        let mut state = state_of(model, method);
+        let level = |friction: f64| vec![obstacle(Solid::plane(), at(0.0, 0.0, 0.0), friction)];
+        // Down a slope without friction, then on the level with it.
+        let slope = 0.3f64.atan();
+        state.set_gravity(G * Vec3::new(slope.sin(), 0.0, -slope.cos())).unwrap();
+        state.set_obstacles(level(0.0)).unwrap();
+        (0..40).for_each(|_| state.step(H).unwrap());
+        state.set_gravity(Vec3::new(0.0, 0.0, -G)).unwrap();
+        state.set_obstacles(level(0.25)).unwrap();
+        let mut places = vec![];
+        for _ in 0..40 {
+            state.step(H).unwrap();
+            places.push(mean(&positions(&state)).x);
+        }
+        let speed = |k: usize| (places[k] - places[k - 1]) / H;
+        // The first steps find the force; then each takes μ g h, as the way of implicit Euler is that of its speeds.
+        let slowed = (speed(10) - speed(39)) / (29.0 * H);
+        println!("{method}: slowed by {slowed:.5} of {:.5}", 0.25 * G);
+        assert!(speed(39) > 0.0, "{method}: it still slides");
+        assert_close("its deceleration", slowed, 0.25 * G, 0.02, 0.0);
+    }
+}
+
+#[test]
 fn a_collider_that_moves_takes_along_what_lies_on_it() {
     let model = sheet_model();
     for method in [Method::Warp, Method::ImplicitShell] {
