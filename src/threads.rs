@@ -6,7 +6,7 @@
 
 mod tasks;
 
-pub use tasks::{Tasks, WaitFor};
+pub use tasks::{Tasks, WaitFor, lists};
 
 use crate::{Error, ErrorKind, Result};
 use rayon::{ThreadPool, ThreadPoolBuilder};
@@ -328,8 +328,8 @@ pub fn sharers(nanoseconds: u64) -> usize {
     THREADS.read().unwrap_or_else(PoisonError::into_inner).count().min(pays)
 }
 
-/// Calls `body` on this thread and at once on as many others as pays for work of so many nanoseconds and are there, each with the number of
-/// all, and returns when all have. On this one alone, with 1, where others are at work already. Who takes part and when is chance: `body`
+/// Calls `body` on this thread and on as many others as pays for work of so many nanoseconds, at once, and returns when all have. Each is told how many
+/// there are at most. Where other work is shared already, or no thread is there, it is called here alone, with 1. Who takes part and when is chance: `body`
 /// takes tasks until none is left, and must end when one of its calls panics ([`Tasks`] does). That panic is the caller's.
 pub fn share(nanoseconds: u64, body: impl Fn(usize) + Sync) {
     let most = sharers(nanoseconds);

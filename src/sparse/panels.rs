@@ -6,7 +6,7 @@
 
 use crate::Result;
 use crate::error::try_zeroed;
-use crate::threads::Tasks;
+use crate::threads::{Tasks, lists};
 use faer::perm::PermRef;
 use faer::sparse::SymbolicSparseColMatRef;
 use faer::sparse::linalg::cholesky::supernodal::SymbolicSupernodalCholesky;
@@ -105,24 +105,15 @@ impl Panels {
         let last = |t: usize| tasks[t + 1] as usize - 1;
         let above: Vec<u32> = (0..n_tasks).map(|t| parents[last(t)]).collect();
         let task_above = |t: usize| above.get(t).filter(|p| **p != NONE).map(|p| task_of[*p as usize]);
-        let (mut child_start, mut children) = (vec![0; n_tasks + 1], vec![]);
-        (0..n_tasks).filter_map(task_above).for_each(|t| child_start[t as usize + 1] += 1);
-        (0..n_tasks).for_each(|t| child_start[t + 1] += child_start[t]);
-        children.resize(child_start[n_tasks] as usize, 0);
-        let mut next = child_start.clone();
-        for t in 0..n_tasks {
-            if let Some(above) = task_above(t) {
-                children[next[above as usize] as usize] = t as u32;
-                next[above as usize] += 1;
-            }
-        }
+        let pairs: Vec<[u32; 2]> = (0..n_tasks).filter_map(|t| Some([t as u32, task_above(t)?])).collect();
+        let by_above: Vec<[u32; 2]> = pairs.iter().map(|[t, above]| [*above, *t]).collect();
+        let (child_start, children) = lists(n_tasks, &by_above);
         let mut task_work = vec![0.0; n_tasks];
         work.iter().zip(&task_of).for_each(|(work, task)| task_work[*task as usize] += work);
         let mut urgency: Vec<u64> = task_work.iter().map(|work| *work as u64 + 1).collect();
         for t in (0..n_tasks).rev() {
             urgency[t] += task_above(t).map_or(0, |above| urgency[above as usize]);
         }
-        let pairs: Vec<[u32; 2]> = (0..n_tasks).filter_map(|t| Some([t as u32, task_above(t)?])).collect();
         let turned = |t: u32| n_tasks as u32 - 1 - t;
         let down: Vec<[u32; 2]> = pairs.iter().map(|[t, above]| [turned(*above), turned(*t)]).collect();
         let mut sooner = vec![];

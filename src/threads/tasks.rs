@@ -108,21 +108,28 @@ impl Drop for Fallen<'_> {
     }
 }
 
+/// The seconds of pairs by their firsts, which are below `n`, in the order of the pairs: where those of each begin, and all.
+pub fn lists(n: usize, pairs: &[[u32; 2]]) -> (Vec<u32>, Vec<u32>) {
+    let mut start = vec![0; n + 1];
+    pairs.iter().for_each(|[first, _]| start[*first as usize + 1] += 1);
+    (0..n).for_each(|k| start[k + 1] += start[k]);
+    let (mut next, mut seconds) = (start.clone(), vec![0; pairs.len()]);
+    for &[first, second] in pairs {
+        seconds[next[first as usize] as usize] = second;
+        next[first as usize] += 1;
+    }
+    (start, seconds)
+}
+
 impl Tasks {
     /// Of so many tasks, in pairs of one and one that waits for it, each pair once.
     pub fn new(n: usize, pairs: &[[u32; 2]], urgency: Vec<u64>) -> Self {
-        let (mut start, mut waits_for) = (vec![0; n + 1], vec![0; n]);
+        let mut waits_for = vec![0; n];
         for &[first, second] in pairs {
             assert!(first < second && (second as usize) < n, "a task waits for an earlier one");
-            start[first as usize + 1] += 1;
             waits_for[second as usize] += 1;
         }
-        (0..n).for_each(|k| start[k + 1] += start[k]);
-        let (mut next, mut dependents) = (start.clone(), vec![0; pairs.len()]);
-        for &[first, second] in pairs {
-            dependents[next[first as usize] as usize] = second;
-            next[first as usize] += 1;
-        }
+        let (start, dependents) = lists(n, pairs);
         Self { start, dependents, waits_for, urgency }
     }
 
