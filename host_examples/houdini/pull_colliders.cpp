@@ -23,6 +23,15 @@ uint32_t shape_of(const std::string &name) {
   throw host::HostError("there is no shape '" + name + "'; there are " + names);
 }
 
+// Houdini's polygons run clockwise, seen from outside; a collider's run counterclockwise.
+void turn_polygons(host::Mesh &mesh) {
+  auto at = mesh.corners.begin();
+  for (const uint32_t size : mesh.sizes) {
+    std::reverse(at, at + size);
+    at += size;
+  }
+}
+
 // The polygons of each piece, by the value of the attribute.
 std::map<std::string, std::vector<GA_Offset>> pieces_of(const GU_Detail &polygons, const UT_StringHolder &pieces) {
   const GA_ROHandleS texts(&polygons, GA_ATTRIB_PRIMITIVE, pieces);
@@ -73,6 +82,7 @@ std::vector<host::Collider> pull_colliders(const GU_Detail &polygons, const UT_S
   std::vector<std::size_t> starts;
   try {
     pull_mesh(polygons, all, &starts);
+    turn_polygons(all);
     if (!pieces.isstring()) {
       colliders.push_back(common);
       colliders.back().mesh = std::move(all);

@@ -87,7 +87,7 @@ struct Scene {
     for (int i = 0; i < 8; ++i)
       box.points.emplace_back(i & 1 ? 4.5f : 2.9f, i & 2 ? top : top - 1, i & 4 ? 1.0f : -1.0f);
     for (const std::vector<GA_Index> &face : std::vector<std::vector<GA_Index>>{
-             {0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}})
+             {0, 1, 3, 2}, {4, 6, 7, 5}, {0, 4, 5, 1}, {2, 3, 7, 6}, {0, 2, 6, 4}, {1, 5, 7, 3}})  // clockwise, seen from outside
       add_polygon(box, face);
     cook.inputs[2] = &solid;
   }
