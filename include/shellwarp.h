@@ -1912,24 +1912,36 @@ SwStatus sw_state_constraint_report(const struct SwState *state,
 #define SW_COLLIDER_BOX 4
 // The convex hull of mesh->positions; its triangles are not read.
 #define SW_COLLIDER_HULL 5
-// The inside of a closed mesh, prepared as signed distances on a grid.
+// The inside of a closed mesh, or what is behind one of SW_COLLIDER_ONE_SIDED, prepared as signed
+// distances on a grid.
 #define SW_COLLIDER_MESH 6
 
-// The inside of a closed mesh whose vertices move: sw_state_deform_collider. Its distances are
-// exact, by a search for each point.
+// The same of a mesh whose vertices move: sw_state_deform_collider. Its distances are exact, by a
+// search for each point.
 #define SW_COLLIDER_DEFORMING_MESH 7
+
+// In SwColliderDesc, of SW_COLLIDER_MESH and SW_COLLIDER_DEFORMING_MESH: the mesh may be open, such
+// as a ground, a wall of one skin or a body with a neck that is not closed. Its front is where its
+// triangles run counterclockwise, and turned ones follow the most of their piece. It is solid
+// behind by `depth`: at places whose nearest point of the mesh is in front of them, no farther than
+// that, and not on its rim. So the front is right however sharp the mesh is bent, and what lies
+// behind the solid at the start stays behind. A mesh that is closed and not inside out is what it
+// is without the flag. Two parts of one mesh of which one's back is within `depth` of the other's
+// front should be colliders of their own.
+#define SW_COLLIDER_ONE_SIDED 2
 
 // In sw_state_move_collider and sw_state_deform_collider: the collider is there at once and has no
 // velocity.
 #define SW_COLLIDER_TELEPORT 1
 
-// A solid in axes of its own, which sw_state_move_collider places.
+// A solid in axes of its own, which sw_state_move_collider places. Every collider is kinematic:
+// only the host moves it, and no shell pushes it.
 typedef struct SwColliderDesc {
   // Set by sw_collider_desc_init.
   uint32_t struct_size;
   // SW_COLLIDER_.... Required.
   uint32_t kind;
-  // Must be 0.
+  // SW_COLLIDER_ONE_SIDED or 0.
   uint32_t flags;
   // Must be 0.
   uint32_t reserved;
@@ -1952,6 +1964,10 @@ typedef struct SwColliderDesc {
   uint32_t cells;
   // Must be 0.
   uint32_t reserved2;
+  // Of SW_COLLIDER_ONE_SIDED: how far behind its triangles the mesh is solid, length, from 1e-6 to
+  // 100 times its longest side, of SW_COLLIDER_MESH two cells or more. 0 = four cells, of
+  // SW_COLLIDER_DEFORMING_MESH a 16th of its longest side.
+  double depth;
 } SwColliderDesc;
 
 // Where a collider is at the end of the next step.
@@ -1990,9 +2006,10 @@ typedef struct SwCollider SwCollider;
 // Makes a collider. On success *collider is a new object, to be given to sw_collider_destroy; on
 // failure it is untouched. A mesh takes up to seconds, and about a megabyte at 64 cells. Triangles
 // that are turned against their neighbours are taken as meant.
-// Errors: SW_ERROR_INVALID_ARGUMENT, also on a size that is not from 1e-100 to 1e100;
-// SW_ERROR_INVALID_DESC; SW_ERROR_INVALID_MESH on a mesh that is open, inside out or thinner than
-// its cells, with the place.
+// Errors: SW_ERROR_INVALID_ARGUMENT, also on a size that is not from 1e-100 to 1e100, on
+// SW_COLLIDER_ONE_SIDED of another kind and on a depth beyond its range; SW_ERROR_INVALID_DESC;
+// SW_ERROR_INVALID_MESH on a mesh that is open or inside out without SW_COLLIDER_ONE_SIDED, or
+// thinner than its cells, with the place.
 SwStatus sw_collider_create(const struct SwColliderDesc *desc,
                             struct SwCollider **collider);
 
@@ -2050,8 +2067,7 @@ SwStatus sw_state_move_collider(struct SwState *state,
 // `stride` bytes apart (0 = packed). The triangles stay. What lies on it is taken along, and
 // friction feels how it moves. It keeps the shape when not called. With SW_COLLIDER_TELEPORT it has
 // it at once. The state takes a copy for its own the first time, so that states may share the
-// collider; that copy is dropped by sw_state_set_colliders. The mesh should stay closed and not
-// meet itself.
+// collider; that copy is dropped by sw_state_set_colliders. The mesh should not meet itself.
 // Errors: SW_ERROR_INVALID_ARGUMENT, also where the state has no such collider or it has another
 // number of vertices; SW_ERROR_UNSUPPORTED of other kinds; SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY.
 SwStatus sw_state_deform_collider(struct SwState *state,

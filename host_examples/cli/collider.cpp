@@ -19,6 +19,8 @@ shellwarp::Collider make_solid(const Collider &collider, double scale) {
   desc.friction = collider.friction;
   desc.thickness = collider.thickness;
   desc.cells = collider.cells;
+  desc.flags = collider.one_sided ? SW_COLLIDER_ONE_SIDED : 0;
+  desc.depth = collider.depth;
   if (collider.mesh_path.empty()) return shellwarp::Collider(desc);
   Mesh mesh = read_mesh(collider.mesh_path);
   for (double &x : mesh.positions) x *= scale;

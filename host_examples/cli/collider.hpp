@@ -29,6 +29,8 @@ struct Collider {
   std::string mesh_path;  // of a hull or mesh
   std::string motion_path;  // of one that deforms: see moving_points.hpp
   uint32_t cells = 0;
+  bool one_sided = false;  // of a mesh or one that deforms: it may be open, and is solid behind its triangles by the depth
+  double depth = 0;        // 0 = the library's default
   double friction = 0, thickness = 0;
   std::array<double, 3> position{};
   std::array<double, 3> rotation{};  // rotation vector, radians

@@ -261,8 +261,8 @@ void add_simulate_options(CLI::App &app, SimulateOptions &o) {
                                         "a vertex, nearest:X,Y,Z, or a side or a group, of which it is the vertex in the middle, and a file of lines 'time x y z' may stand for the offsets")
       ->type_name("V:PATH");
   app.add_option("--collider", o.colliders, "A solid that the shell touches: plane:z=HEIGHT, sphere:R@X,Y,Z, capsule:R,HALF_LENGTH@X,Y,Z (along z), "
-                                            "box:HX,HY,HZ@X,Y,Z, hull:FILE@X,Y,Z or mesh:FILE@X,Y,Z; behind ':' friction=F, thickness=T, and "
-                                            "offsets that move it, as of a handle; several times for several")
+                                            "box:HX,HY,HZ@X,Y,Z, hull:FILE@X,Y,Z or mesh:FILE@X,Y,Z; behind ':' friction=F, thickness=T, of an open mesh "
+                                            "one-sided and depth=D (solid behind its triangles by that), and offsets that move it, as of a handle; several times for several")
       ->type_name("SPEC");
   app.add_option("--render", o.scene.render_path, "OBJ, OFF or PLY file of the mesh that is drawn: its vertices follow, and are written beside the "
                                                   "simulated ones (with --out)")

@@ -21,8 +21,8 @@ Keys keys_of(uint32_t kind) {
     case SW_COLLIDER_CAPSULE: return {{"radius", "half_length"}, {}};
     case SW_COLLIDER_BOX: return {{"half_extents"}, {}};
     case SW_COLLIDER_HULL: return {{"mesh"}, {}};
-    case SW_COLLIDER_MESH: return {{"mesh"}, {"cells"}};
-    case SW_COLLIDER_DEFORMING_MESH: return {{"mesh", "motion"}, {}};
+    case SW_COLLIDER_MESH: return {{"mesh"}, {"cells", "one_sided", "depth"}};
+    case SW_COLLIDER_DEFORMING_MESH: return {{"mesh", "motion"}, {"one_sided", "depth"}};
     default: return {{}, {"normal"}};
   }
 }
@@ -30,7 +30,7 @@ Keys keys_of(uint32_t kind) {
 void judge_keys(Section &section, const std::string &name, const Keys &keys) {
   for (const std::string &key : keys.needed)
     if (!section.find(key.c_str())) section.fail("a " + name + " needs " + key);
-  for (const char *key : {"normal", "radius", "half_length", "half_extents", "mesh", "motion", "cells"}) {
+  for (const char *key : {"normal", "radius", "half_length", "half_extents", "mesh", "motion", "cells", "one_sided", "depth"}) {
     const bool takes = std::count(keys.needed.begin(), keys.needed.end(), key) || std::count(keys.more.begin(), keys.more.end(), key);
     if (section.find(key) && !takes) section.fail(*section.find(key), "a " + name + " has no " + std::string(key));
   }
@@ -73,6 +73,9 @@ Collider read_collider(Section &section, std::vector<std::string> &inputs) {
   collider.half_length = section.not_negative("half_length", 0);
   collider.half_extents = read_half_extents(section);
   collider.cells = read_cells(section);
+  collider.one_sided = section.flag("one_sided").value_or(false);
+  collider.depth = section.find("depth") ? section.positive("depth", 1) : 0;
+  if (section.find("depth") && !collider.one_sided) section.fail(*section.find("depth"), "depth goes with one_sided = true");
   collider.mesh_path = section.file("mesh").value_or("");
   collider.motion_path = section.file("motion").value_or("");
   collider.friction = section.not_negative("friction", 0);

@@ -132,16 +132,20 @@ bool read_shape(const std::string &shape, Collider &collider) {
   return true;
 }
 
-// "friction=0.4" or "thickness=0.001". False if it is neither.
+// "friction=0.4" or "thickness=0.001", of a mesh "one-sided" or "depth=0.01", which is one-sided, too. False if it is none.
 bool read_property(const std::string &part, const std::string &word, Collider &collider) {
   const std::size_t equals = part.find('=');
+  const bool sheet = part == "one-sided" || part.substr(0, equals) == "depth";
+  if (sheet && collider.kind != SW_COLLIDER_MESH) refuse("--collider", word, "'" + part + "' goes with mesh:FILE@X,Y,Z");
+  collider.one_sided |= sheet;
+  if (part == "one-sided") return true;
   if (equals == std::string::npos) return false;
   const std::string key = part.substr(0, equals);
-  double *value = key == "friction" ? &collider.friction : key == "thickness" ? &collider.thickness : nullptr;
+  double *value = key == "friction" ? &collider.friction : key == "thickness" ? &collider.thickness : sheet ? &collider.depth : nullptr;
   if (!value)
-    refuse("--collider", word, "'" + key + "' is neither friction nor thickness" + did_you_mean(key, {"friction", "thickness"}));
-  if (!parse_number(part.substr(equals + 1), *value) || *value < 0)
-    refuse("--collider", word, "'" + part + "': " + key + " is a number from 0 on");
+    refuse("--collider", word, "'" + key + "' is none of friction, thickness and depth" + did_you_mean(key, {"friction", "thickness", "depth"}));
+  if (!parse_number(part.substr(equals + 1), *value) || *value < 0 || (sheet && *value == 0))
+    refuse("--collider", word, "'" + part + "': " + key + (sheet ? " is a number greater than 0" : " is a number from 0 on"));
   return true;
 }
 
@@ -238,7 +242,7 @@ Collider read_collider(const std::string &word, std::vector<std::string> &inputs
   if (!collider.mesh_path.empty()) inputs.push_back(collider.mesh_path);
   for (std::size_t k = 2; k < parts.size(); ++k)
     if (!read_property(parts[k], word, collider))
-      add_key("--collider", parts[k], word, "friction=F or thickness=T", collider.keys, nullptr);
+      add_key("--collider", parts[k], word, "friction=F, thickness=T, or of a mesh one-sided", collider.keys, nullptr);
   return collider;
 }
 

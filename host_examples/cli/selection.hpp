@@ -34,7 +34,7 @@ Support read_pin(const std::string &word, std::vector<std::string> &inputs);
 // DX,DY,DZ@SECONDS with ':' between; seconds count 1, 2, 3 … where left out, and free@SECONDS lets go.
 Handle read_path(const std::string &word, std::vector<std::string> &inputs);
 
-// What --collider takes: plane:AXIS=HEIGHT or KIND:SIZES@X,Y,Z, and behind ':' friction=F, thickness=T or offsets as of a handle.
+// What --collider takes: plane:AXIS=HEIGHT or KIND:SIZES@X,Y,Z, and behind ':' friction=F, thickness=T, of a mesh one-sided or depth=D, or offsets as of a handle.
 Collider read_collider(const std::string &word, std::vector<std::string> &inputs);
 
 }  // namespace cli

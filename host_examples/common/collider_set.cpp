@@ -133,13 +133,17 @@ std::pair<shellwarp::Collider, Pose> make(Collider collider, double unit) {
                                                collider.mesh.n_triangles());
   desc.mesh = &mesh;
   if (collider.kind == SW_COLLIDER_MESH) desc.cells = collider.cells;
+  if (collider.one_sided && collider.kind != SW_COLLIDER_HULL) {
+    desc.flags = SW_COLLIDER_ONE_SIDED;
+    desc.depth = collider.depth / unit;
+  }
   return {shellwarp::Collider(desc), fit.local};
 }
 
 // Of everything but where its points are.
 uint64_t look_of(const Collider &collider) {
   Hash hash;
-  hash.add(collider.kind).add(collider.friction).add(collider.thickness).add(collider.cells);
+  hash.add(collider.kind).add(collider.friction).add(collider.thickness).add(collider.cells).add(collider.one_sided).add(collider.depth);
   return hash.add(collider.mesh.n_points()).add_all(collider.mesh.faces()).add_all(collider.mesh.sizes).value();
 }
 

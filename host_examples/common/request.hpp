@@ -137,6 +137,8 @@ struct Collider {
   double friction = 0.3;             // Coulomb's coefficient, 0 or more
   double thickness = 0;              // length of the scene, 0 or more: how far the shell stays off
   uint32_t cells = 64;               // of a mesh: cells along its longest side, 4 to 2000
+  bool one_sided = false;            // of a mesh or a deforming one: it may be open, and is solid behind its polygons by the depth
+  double depth = 0;                  // length of the scene; 0 = the library's default
 };
 
 // Air that drags at the shell: SwWindDesc.

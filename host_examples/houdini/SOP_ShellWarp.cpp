@@ -117,6 +117,8 @@ static const char *theDsFile = R"THEDSFILE(
     parm { name "collidercells" label "Collider Cells" type integer default { "64" } range { 4! 2000! } }
     parm { name "colliderfriction" label "Collider Friction" type float default { "0.3" } range { 0! 1 } }
     parm { name "colliderthickness" label "Collider Thickness" type float default { "0" } range { 0! 1 } }
+    parm { name "collideronesided" label "Collider One-Sided" type toggle default { "0" } }
+    parm { name "colliderdepth" label "Collider Depth" type float default { "0" } range { 0! 1 } }
     parm { name "collidert" label "Collider Translate" type vector size 3 default { "0" "0" "0" } }
     parm { name "colliderr" label "Collider Rotate" type vector size 3 default { "0" "0" "0" } }
     parm { name "colliderpieces" label "Collider Pieces" type string default { "" } }
@@ -295,6 +297,8 @@ std::vector<host::Collider> colliders_of(const SOP_ShellWarpParms &parms, const 
   collider.cells = count_of(parms.getCollidercells());
   collider.friction = parms.getColliderfriction();
   collider.thickness = parms.getColliderthickness();
+  collider.one_sided = parms.getCollideronesided();
+  collider.depth = parms.getColliderdepth();
   const UT_Vector3D t = parms.getCollidert(), r = parms.getColliderr();
   collider.pose = host::pose_of_angles({t.x(), t.y(), t.z()}, {r.x(), r.y(), r.z()});
   return pull_colliders(polygons, parms.getColliderpieces(), collider);

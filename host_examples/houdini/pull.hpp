@@ -36,7 +36,7 @@ void pull_axes(const GU_Detail &detail, const UT_StringHolder &attribute, std::v
 void pull_ties(const GU_Detail &detail, const UT_StringHolder &attribute, bool to_face, double stiffness, std::vector<host::Tie> &ties);
 
 // Closed polygons with the settings of `common`: one solid, or where `pieces` names an attribute of primitives, an integer or a text, one for
-// each of its values. Of a piece s@collidershape, i@collidercells, f@colliderfriction and f@colliderthickness go over the settings.
+// each of its values. Of a piece s@collidershape, i@collidercells, f@colliderfriction, f@colliderthickness, i@collideronesided and f@colliderdepth go over the settings.
 std::vector<host::Collider> pull_colliders(const GU_Detail &polygons, const UT_StringHolder &pieces, const host::Collider &common);
 
 // A point for each handle: i@shellpoint the point held, P its target, p@orient its orientation, i@holdposition (1),

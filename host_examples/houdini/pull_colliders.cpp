@@ -68,10 +68,14 @@ void read_piece(const GU_Detail &polygons, GA_Offset first, host::Collider &coll
   const GA_ROHandleS shape(&polygons, GA_ATTRIB_PRIMITIVE, "collidershape");
   const GA_ROHandleI cells(&polygons, GA_ATTRIB_PRIMITIVE, "collidercells");
   const GA_ROHandleF friction(&polygons, GA_ATTRIB_PRIMITIVE, "colliderfriction"), thickness(&polygons, GA_ATTRIB_PRIMITIVE, "colliderthickness");
+  const GA_ROHandleI one_sided(&polygons, GA_ATTRIB_PRIMITIVE, "collideronesided");
+  const GA_ROHandleF depth(&polygons, GA_ATTRIB_PRIMITIVE, "colliderdepth");
   if (shape.isValid() && shape.get(first) && *shape.get(first)) collider.kind = shape_of(shape.get(first));
   if (cells.isValid()) collider.cells = static_cast<uint32_t>(std::max(cells.get(first), 0));
   if (friction.isValid()) collider.friction = static_cast<double>(friction.get(first));
   if (thickness.isValid()) collider.thickness = static_cast<double>(thickness.get(first));
+  if (one_sided.isValid()) collider.one_sided = one_sided.get(first) != 0;
+  if (depth.isValid()) collider.depth = static_cast<double>(depth.get(first));
 }
 
 }  // namespace

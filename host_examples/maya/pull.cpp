@@ -348,6 +348,8 @@ MStatus pull_colliders(MDataBlock &block, std::vector<host::Collider> &colliders
     collider.cells = static_cast<uint32_t>(element.child(Node::colliderCells).asInt());
     collider.friction = element.child(Node::colliderFriction).asDouble();
     collider.thickness = element.child(Node::colliderThickness).asDouble();
+    collider.one_sided = element.child(Node::colliderOneSided).asBool();
+    collider.depth = element.child(Node::colliderDepth).asDouble();
     const MStatus status = read_mesh(data, collider.mesh);
     CHECK_MSTATUS_AND_RETURN_IT(status);
     place(element.child(Node::colliderMatrix).asMatrix(), collider);

@@ -43,7 +43,7 @@ MObject ShellWarpNode::handles, ShellWarpNode::handleVertex, ShellWarpNode::hand
     ShellWarpNode::handleAxisY, ShellWarpNode::handleAxisZ;
 MObject ShellWarpNode::colliders, ShellWarpNode::colliderMesh, ShellWarpNode::colliderMatrix,
     ShellWarpNode::colliderShape, ShellWarpNode::colliderCells, ShellWarpNode::colliderFriction,
-    ShellWarpNode::colliderThickness;
+    ShellWarpNode::colliderThickness, ShellWarpNode::colliderOneSided, ShellWarpNode::colliderDepth;
 MObject ShellWarpNode::contactPatches, ShellWarpNode::contactPatchesNear, ShellWarpNode::contactPatchesMost, ShellWarpNode::pushOut;
 
 using Node = ShellWarpNode;
@@ -364,11 +364,15 @@ MStatus create_colliders() {
   CHECK_MSTATUS_AND_RETURN_IT(status);
   status = create_number(Node::colliderThickness, "colliderThickness", "cth", 0, {0, 1});
   CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_plain(Node::colliderOneSided, "colliderOneSided", "cos", MFnNumericData::kBoolean, 0);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  status = create_number(Node::colliderDepth, "colliderDepth", "cdp", 0, {0, 10});
+  CHECK_MSTATUS_AND_RETURN_IT(status);
   MFnCompoundAttribute list;
   Node::colliders = list.create("colliders", "col", &status);
   CHECK_MSTATUS_AND_RETURN_IT(status);
   for (const MObject &child : {Node::colliderMesh, Node::colliderMatrix, Node::colliderShape, Node::colliderCells,
-                               Node::colliderFriction, Node::colliderThickness})
+                               Node::colliderFriction, Node::colliderThickness, Node::colliderOneSided, Node::colliderDepth})
     list.addChild(child);
   list.setArray(true);
   Node::contactPatches = typed.create("contactPatches", "cpa", MFnData::kComponentList, MObject::kNullObj, &status);
@@ -398,7 +402,7 @@ MStatus ShellWarpNode::addAttributes() {
       youngAcross, shear, direction, directions, creases, restShape, supportAxes, ties, tieWithin, force, forceMapList, windMapList, followRest};
   const MObject children[] = {windMap, windX, windY, windZ, gravityX,       gravityY,       gravityZ,          supportWeights,   dampingMap, thicknessMap, youngMap, densityMap, bendMap, stretchMap, handleVertex,
                               handleTarget,   handlePosition, handleOrientation, handleCompliance, handleHeld, handleAxisX, handleAxisY, handleAxisZ, colliderMesh,
-                              colliderMatrix, colliderShape,  colliderCells,     colliderFriction, colliderThickness,
+                              colliderMatrix, colliderShape,  colliderCells,     colliderFriction, colliderThickness, colliderOneSided, colliderDepth,
                               directionX, directionY, directionZ, creaseEdges, creaseFactor, creaseAngle, creaseSetsAngle, creaseYield,
                               supportAxesComponents, supportAxisX, supportAxisY, supportAxisZ, supportAxesSymmetric, tieVertex, tieTo, tieToFace, tieStiffness, forceX, forceY, forceZ, forceMap};
   MStatus status;

@@ -108,6 +108,6 @@ public:
   static MObject handles, handleVertex, handleTarget, handlePosition, handleOrientation, handleCompliance, handleHeld, handleAxisX, handleAxisY, handleAxisZ;
   // What it touches
   static MObject colliders, colliderMesh, colliderMatrix, colliderShape, colliderCells, colliderFriction,
-      colliderThickness;
+      colliderThickness, colliderOneSided, colliderDepth;
   static MObject contactPatches, contactPatchesNear, contactPatchesMost, pushOut;
 };

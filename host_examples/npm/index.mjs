@@ -445,7 +445,8 @@ export class Shellwarp {
     return new Model(calls, calls.made((out) => calls.call('sw_model_load', calls.put(bytes), BigInt(bytes.length), out)));
   }
 
-  /** A solid of a kind: "plane", "sphere", "capsule", "box", "hull", "mesh", "deforming-mesh"; the last three of positions and triangles. */
+  /** A solid of a kind: "plane", "sphere", "capsule", "box", "hull", "mesh", "deforming-mesh"; the last three of positions and triangles. Of the last two
+   * `flags: constants.SW_COLLIDER_ONE_SIDED` takes an open mesh, solid behind its triangles by `depth`. */
   collider({ kind, positions, triangles, ...values }) {
     const calls = this.#calls, number = C[`SW_COLLIDER_${String(kind).toUpperCase().replace('-', '_')}`];
     if (!KINDS.includes(kind)) throw new TypeError(`no kind ${kind}: ${KINDS.join(', ')}`);

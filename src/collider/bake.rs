@@ -3,7 +3,9 @@
 //! The distance is that to the nearest triangle; farther than [`BAND`] cells, to the nearest of those that are nearest to nodes around. Inside is where a row of nodes has come through the surface inwards more often than outwards,
 //! so that pieces may overlap, triangles may have no area, and a hollow stays one.
 
+use super::Ball;
 use super::grid::{Grid, LEAST_NODES, MOST_NODES, MOST_VALUE, PADDING};
+use super::sheet::Sheet;
 use super::surface::Surface;
 use super::tree::{Nearest, Tree, corners};
 use super::triangle::place;
@@ -66,6 +68,11 @@ const FACING: f64 = 0.55;
 /// Places tried for a row that meets an edge or a corner, each this far off, in cells.
 const TRIES: usize = 32;
 const ASIDE: f64 = 1e-7;
+/// Cells: the middle of a one-sided mesh is then two behind the surface, where the spline there does not feel its crease, or one and nearly so.
+const DEPTH: f64 = 4.0;
+const LEAST_DEPTH: f64 = 2.0;
+/// Cells behind a one-sided mesh to where its nearest triangle is searched for.
+const DEEPEST: f64 = 8.0;
 
 /// Nodes around one more layer than a grid keeps, for second differences. In units of the surface.
 struct Lattice {
@@ -98,45 +105,69 @@ impl Near {
 }
 
 pub(super) fn bake(surface: &Surface, options: &GridOptions) -> Result<Grid> {
-    let lattice = Lattice::about(surface, options)?;
+    let cell = cell_length(surface.longest(), surface.unit, options)?;
+    let lattice = Lattice::about(surface.box_about(), cell, surface.unit, options)?;
     let distances = lattice.signed_distances(surface)?;
     let inner_radius = lattice.inner_radius(&distances)? * surface.unit;
-    let values = lattice.coefficients(&distances)?;
-    drop(distances);
-    let nodes = lattice.nodes.map(|n| n - 2);
-    let cell = lattice.cell * surface.unit;
-    let origin = (lattice.origin + Vec3::repeat(lattice.cell)) * surface.unit;
-    let mut grid = Grid::new((nodes, origin, cell), values, (surface.ball(), inner_radius, 0.0))?;
-    grid.surface_error = surface_error(&grid, surface);
-    Ok(grid)
+    lattice.grid(&distances, (&surface.positions, &surface.triangles, surface.unit), (surface.ball(), inner_radius))
+}
+
+/// Of a mesh that is solid behind its triangles by a depth, 0 for four cells.
+pub(super) fn bake_one_sided(
+    positions: &[Vec3],
+    triangles: &[[u32; 3]],
+    depth: f64,
+    options: &GridOptions,
+) -> Result<Grid> {
+    let surface = Surface::open(positions, triangles)?;
+    let unit = surface.unit;
+    let cell = cell_length(surface.longest(), unit, options)?;
+    let depth = if depth == 0.0 { DEPTH * cell * unit } else { depth };
+    if depth < LEAST_DEPTH * cell * unit {
+        return Err(Error::argument(format!(
+            "the depth of the one-sided mesh is {depth:?}, and a cell of its grid {:e}: take {LEAST_DEPTH} cells or more, or more cells",
+            cell * unit
+        )));
+    }
+    let sheet = Sheet::of(positions, positions, triangles, depth)?;
+    let lattice = Lattice::about(sheet.box_about(), cell, unit, options)?;
+    let near = lattice.near(&surface, BAND.max((sheet.depth / cell).min(DEEPEST)))?;
+    let mut distances = reserve("distances of the grid", near.triangles.len())?;
+    for (at, triangle) in near.triangles.iter().enumerate() {
+        let (p, mut nearest) = (lattice.place_of(at), Nearest::within(f64::INFINITY));
+        nearest.look_at(&surface.positions, &surface.triangles, &p, *triangle as usize);
+        distances.push(sheet.touch_at(&p, &nearest).distance / cell);
+    }
+    let mesh = (surface.positions.as_slice(), surface.triangles.as_slice(), unit);
+    lattice.grid(&distances, mesh, (sheet.ball, sheet.mesh.inner_radius))
+}
+
+/// In units of the surface.
+fn cell_length(longest: f64, unit: f64, options: &GridOptions) -> Result<f64> {
+    let (what, cells) = match options.resolution {
+        Resolution::Cells(n) => ("cells along the longest side", n as f64),
+        Resolution::Length(length) => ("cells along the longest side by their length", longest / (length / unit)),
+    };
+    if !CELLS.contains(&cells) {
+        let (least, most) = (CELLS.start(), CELLS.end());
+        return Err(Error::argument(format!("the grid has {cells:?} {what}: it must be from {least} to {most}")));
+    }
+    Ok(longest / cells)
 }
 
 /// The largest distance that the grid has for a vertex or a middle of a triangle, whose own is zero.
-fn surface_error(grid: &Grid, surface: &Surface) -> f64 {
-    let of = |p: Vec3| grid.touch(&(p * surface.unit)).distance.abs();
+fn surface_error(grid: &Grid, (positions, triangles, unit): (&[Vec3], &[[u32; 3]], f64)) -> f64 {
+    let of = |p: Vec3| grid.touch(&(p * unit)).distance.abs();
     let each = |t: &[u32; 3]| {
-        let [a, b, c] = corners(&surface.positions, t);
+        let [a, b, c] = corners(positions, t);
         [of(a), of(b), of(c), of((a + b + c) / 3.0)].into_iter().fold(0.0, f64::max)
     };
-    surface.triangles.iter().map(each).fold(0.0, f64::max)
+    triangles.iter().map(each).fold(0.0, f64::max)
 }
 
 impl Lattice {
-    fn about(surface: &Surface, options: &GridOptions) -> Result<Self> {
-        let (low, high) = surface.box_about();
-        let longest = (high - low).max();
-        let margin = require_non_negative("the grid's margin", options.margin)? / surface.unit;
-        let (what, cells) = match options.resolution {
-            Resolution::Cells(n) => ("cells along the longest side", n as f64),
-            Resolution::Length(length) => {
-                ("cells along the longest side by their length", longest / (length / surface.unit))
-            }
-        };
-        if !CELLS.contains(&cells) {
-            let (least, most) = (CELLS.start(), CELLS.end());
-            return Err(Error::argument(format!("the grid has {cells:?} {what}: it must be from {least} to {most}")));
-        }
-        let cell = longest / cells;
+    fn about((low, high): (Vec3, Vec3), cell: f64, unit: f64, options: &GridOptions) -> Result<Self> {
+        let margin = require_non_negative("the grid's margin", options.margin)? / unit;
         let pad = PAD + margin / cell;
         let counts = (high - low).map(|side| (side / cell + 2.0 * pad).ceil() + 1.0);
         let bytes = counts.product() * size_of::<f32>() as f64;
@@ -153,6 +184,21 @@ impl Lattice {
         let nodes: [usize; 3] = counts.map(|n| n as usize + 2).into();
         debug_assert!(nodes.iter().all(|n| *n >= LEAST_NODES + 2));
         Ok(Self { nodes, origin: low - Vec3::repeat((pad + 1.0) * cell), cell })
+    }
+
+    /// Of distances in cells, of a mesh and its unit.
+    fn grid(
+        &self,
+        distances: &[f64],
+        mesh: (&[Vec3], &[[u32; 3]], f64),
+        (ball, inner_radius): (Ball, f64),
+    ) -> Result<Grid> {
+        let values = self.coefficients(distances)?;
+        let (nodes, unit) = (self.nodes.map(|n| n - 2), mesh.2);
+        let (cell, origin) = (self.cell * unit, (self.origin + Vec3::repeat(self.cell)) * unit);
+        let mut grid = Grid::new((nodes, origin, cell), values, (ball, inner_radius, 0.0))?;
+        grid.surface_error = surface_error(&grid, mesh);
+        Ok(grid)
     }
 
     fn place(&self, i: usize, j: usize, k: usize) -> Vec3 {
@@ -190,10 +236,18 @@ impl Lattice {
 
     /// Without a sign.
     fn distances(&self, surface: &Surface) -> Result<Vec<f64>> {
+        let near = self.near(surface, BAND)?;
+        let mut distances = reserve("distances of the grid", near.feet.len())?;
+        distances.extend(near.feet.iter().enumerate().map(|(at, foot)| (self.place_of(at) - foot).norm() / self.cell));
+        Ok(distances)
+    }
+
+    /// Of each node the nearest triangle, and beyond so many cells one that is nearly that.
+    fn near(&self, surface: &Surface, band: f64) -> Result<Near> {
         let n: usize = self.nodes.iter().product();
         let tree = Tree::new(&surface.positions, &surface.triangles)?;
         let mut near = Near { triangles: try_zeroed("the grid", n)?, feet: try_zeroed("the grid", n)? };
-        let band = Nearest::within(BAND * self.cell);
+        let band = Nearest::within(band * self.cell);
         for at in 0..n {
             let p = self.place_of(at);
             let mut best = band;
@@ -213,9 +267,7 @@ impl Lattice {
             (0..n).filter(|at| !searched[*at]).for_each(|at| self.spread(surface, at, &mut near, false));
             (0..n).rev().filter(|at| !searched[*at]).for_each(|at| self.spread(surface, at, &mut near, true));
         }
-        let mut distances = reserve("distances of the grid", n)?;
-        distances.extend((0..n).map(|at| (self.place_of(at) - near.feet[at]).norm() / self.cell));
-        Ok(distances)
+        Ok(near)
     }
 
     /// To a node: the triangle whose nearest point to one of the thirteen nodes before it, or after it, is the nearest of theirs.

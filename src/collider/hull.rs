@@ -1,6 +1,7 @@
 //! The convex hull of points: planes for the inside, the nearest triangle for the outside.
 
-use super::surface::{FARTHEST, ball_about, check_closed};
+use super::moving::Rim;
+use super::surface::{FARTHEST, ball_about, check_sides};
 use super::tree::{self, FAR_OFF, Nearest, Tree, corners};
 use super::{Ball, SIZES, Touch};
 use crate::Vec3;
@@ -116,7 +117,7 @@ impl Hull {
         if !exist || !near || t > MOST_TRIANGLES || n > MOST_TRIANGLES {
             return invalid(format!("a hull of {n} corners and {t} triangles is out of range"));
         }
-        check_closed(&triangles)?;
+        check_sides(&triangles, Rim::None)?;
         let planes = planes(&positions, &triangles)?;
         let tree = Tree::new(&positions, &triangles)?;
         let ball = ball_about(&positions, &triangles, unit);

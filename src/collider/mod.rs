@@ -11,6 +11,7 @@ mod hull;
 mod moving;
 mod primitive;
 mod saved;
+mod sheet;
 mod surface;
 mod sweep;
 mod tree;
@@ -20,11 +21,13 @@ pub use bake::{GridOptions, Resolution};
 pub use fit::fit_capsule;
 pub(crate) use tree::{Nearest, Tree, sort as sort_triangles};
 
+use crate::error::require_non_negative;
 use crate::{Error, Result, Vec3};
 use grid::Grid;
 use hull::Hull;
 use moving::Moving;
 use primitive::{Capsule, Cuboid};
+use sheet::Sheet;
 use surface::Surface;
 
 /// Where a point is to a solid's surface.
@@ -52,6 +55,7 @@ pub struct Ball {
 /// | plane, sphere, capsule, box | exact | yes | yes |
 /// | hull | exact | yes | yes |
 /// | moving mesh | exact | no | yes, but where the mesh meets itself |
+/// | one-sided moving mesh | exact | no | yes, but where a back meets a front |
 /// | grid | within half a cell; to third order where it is smooth | no | by 1.4 times the way at sharp corners |
 #[derive(Clone, Debug)]
 pub struct Solid {
@@ -67,6 +71,7 @@ enum Shape {
     Grid(Box<Grid>),
     Hull(Box<Hull>),
     Moving(Box<Moving>),
+    Sheet(Box<Sheet>),
 }
 
 /// Sizes whose squares, and those of points that matter beside them, are normal numbers.
@@ -133,6 +138,34 @@ impl Solid {
         Ok(Self { shape: Shape::Grid(Box::new(bake::bake(&surface, options)?)) })
     }
 
+    /// All that is behind a triangle mesh by no more than `depth`, whose vertices move: a mesh that may be open. Its front is where its triangles run
+    /// counterclockwise. A depth of 0 is a 16th of the longest side of the mesh.
+    ///
+    /// A place is behind where its nearest point of the mesh is in front of it and not on the rim: however sharp the mesh is bent, the front is right, and the
+    /// distance exact. A mesh that is closed and not inside out is [`Solid::moving_mesh`], with all its inside.
+    pub fn one_sided_moving_mesh(before: &[Vec3], after: &[Vec3], triangles: &[[u32; 3]], depth: f64) -> Result<Self> {
+        let depth = require_non_negative("the depth of the one-sided mesh", depth)?;
+        if let Ok(mesh) = Moving::of(before, after, triangles) {
+            return Ok(Self { shape: Shape::Moving(Box::new(mesh)) });
+        }
+        Ok(Self { shape: Shape::Sheet(Box::new(Sheet::of(before, after, triangles, depth)?)) })
+    }
+
+    /// The same on a grid, as [`Solid::grid`] of a closed mesh. A depth of 0 is four cells, and it must be two or more.
+    pub fn one_sided_grid(
+        positions: &[Vec3],
+        triangles: &[[u32; 3]],
+        depth: f64,
+        options: &GridOptions,
+    ) -> Result<Self> {
+        let depth = require_non_negative("the depth of the one-sided mesh", depth)?;
+        let grid = match Surface::closed(positions, triangles) {
+            Ok(surface) => bake::bake(&surface, options)?,
+            Err(_) => bake::bake_one_sided(positions, triangles, depth, options)?,
+        };
+        Ok(Self { shape: Shape::Grid(Box::new(grid)) })
+    }
+
     /// Finite whatever `p` is, and the normal of length 1. Where several normals are right, as at a centre, it is always the same of them.
     #[inline]
     pub fn touch(&self, p: &Vec3) -> Touch {
@@ -145,6 +178,7 @@ impl Solid {
             Shape::Grid(grid) => grid.touch(&p),
             Shape::Hull(hull) => hull.touch(&p),
             Shape::Moving(mesh) => mesh.touch(&p),
+            Shape::Sheet(sheet) => sheet.touch(&p),
         }
     }
 
@@ -156,6 +190,7 @@ impl Solid {
             Shape::Grid(grid) => grid.touch_within(&at, reach)?,
             Shape::Hull(hull) => hull.touch_within(&at, reach)?,
             Shape::Moving(mesh) => mesh.touch_within(&at, reach)?,
+            Shape::Sheet(sheet) => sheet.touch_within(&at, reach)?,
             _ => self.touch(p),
         };
         (touch.distance <= reach).then_some(touch)
@@ -172,6 +207,7 @@ impl Solid {
             Shape::Grid(grid) => Some(grid.ball),
             Shape::Hull(hull) => Some(hull.ball),
             Shape::Moving(mesh) => Some(mesh.ball),
+            Shape::Sheet(sheet) => Some(sheet.ball),
         }
     }
 
@@ -185,6 +221,7 @@ impl Solid {
             Shape::Grid(grid) => grid.inner_radius,
             Shape::Hull(hull) => hull.inner_radius,
             Shape::Moving(mesh) => mesh.inner_radius,
+            Shape::Sheet(sheet) => sheet.mesh.inner_radius,
         }
     }
 
@@ -205,6 +242,7 @@ impl Solid {
     pub fn slip(&self, p: &Vec3) -> Vec3 {
         match &self.shape {
             Shape::Moving(mesh) => mesh.slip(&near(p)),
+            Shape::Sheet(sheet) => sheet.mesh.slip(&near(p)),
             _ => Vec3::zeros(),
         }
     }
@@ -214,27 +252,35 @@ impl Solid {
     pub fn update(&mut self, positions: &[Vec3]) -> Result<()> {
         match &mut self.shape {
             Shape::Moving(mesh) => mesh.update(positions),
+            Shape::Sheet(sheet) => sheet.update(positions),
             _ => Err(Error::new(crate::ErrorKind::Unsupported, "only a moving mesh takes new positions")),
         }
     }
 
     /// Whether it has another shape than before.
     pub fn deforms(&self) -> bool {
-        matches!(&self.shape, Shape::Moving(mesh) if mesh.moved)
+        match &self.shape {
+            Shape::Moving(mesh) => mesh.moved,
+            Shape::Sheet(sheet) => sheet.mesh.moved,
+            _ => false,
+        }
     }
 
     /// As [`Solid::update`], but the shape before stays where there is one since the last [`Solid::arrive`].
     pub fn lead(&mut self, positions: &[Vec3]) -> Result<()> {
         match &mut self.shape {
             Shape::Moving(mesh) => mesh.replace(positions),
+            Shape::Sheet(sheet) => sheet.replace(positions),
             _ => self.update(positions),
         }
     }
 
     /// The present shape becomes the one before.
     pub fn arrive(&mut self) {
-        if let Shape::Moving(mesh) = &mut self.shape {
-            mesh.arrive();
+        match &mut self.shape {
+            Shape::Moving(mesh) => mesh.arrive(),
+            Shape::Sheet(sheet) => sheet.mesh.arrive(),
+            _ => (),
         }
     }
 
@@ -246,6 +292,7 @@ impl Solid {
                 Shape::Grid(grid) => grid.bytes(),
                 Shape::Hull(hull) => hull.bytes(),
                 Shape::Moving(mesh) => mesh.bytes(),
+                Shape::Sheet(sheet) => sheet.bytes(),
             }
     }
 
@@ -259,6 +306,7 @@ impl Solid {
             _ if !near => None,
             Shape::Grid(grid) => grid.first_touch(from, to, margin),
             Shape::Moving(mesh) => mesh.first_touch(from, to, margin),
+            Shape::Sheet(sheet) => sheet.first_touch(from, to, margin),
             _ => sweep::convex(|p| self.touch(p), from, to, margin),
         }
     }

@@ -3,7 +3,7 @@
 //! The sign is that of the normal at the nearest point: a triangle's, the sum of two at a side, the sum by angles at a corner (Bærentzen and
 //! Aanæs, 2005).
 
-use super::surface::{Surface, ball_about, check_closed};
+use super::surface::{Surface, ball_about, check_sides};
 use super::tree::{FAR_OFF, Nearest, Tree, corners};
 use super::{Ball, Touch, sweep};
 use crate::Vec3;
@@ -12,7 +12,7 @@ use crate::error::{Error, Result, invalid, reserve, try_zeroed};
 /// Coordinates in sizes of the first shape: more would be an accident.
 const MOST_MOVED: f64 = 1e30;
 /// Of the size: nearer than this the way to the surface has no sure direction.
-const ON_SURFACE: f64 = 1e-12;
+pub(super) const ON_SURFACE: f64 = 1e-12;
 /// Two sides of a wedge of 67°: as a grid's thin parts.
 const FACING: f64 = 0.55;
 /// Triangles of which the thickness is looked at, and a way in sizes that comes through everything.
@@ -21,6 +21,8 @@ const ACROSS: f64 = 4.0;
 /// Of the size: how near a margin inside is met, and steps to it.
 const CLOSE: f64 = 1e-6;
 const STEPS: usize = 10_000;
+/// In sizes: the square of a square of a longer way is no number.
+pub(super) const FARTHEST_WAY: f64 = 1e60;
 
 #[derive(Clone, Debug)]
 pub(super) struct Moving {
@@ -35,35 +37,49 @@ pub(super) struct Moving {
     /// Of the shape that it was made with.
     pub inner_radius: f64,
     pub ball: Ball,
-    tree: Tree,
-    /// Per triangle, those beyond the sides from each corner to the next.
-    across: Vec<[u32; 3]>,
+    pub tree: Tree,
+    /// Per triangle, those beyond the sides from each corner to the next; itself at the rim of an open one.
+    pub across: Vec<[u32; 3]>,
     /// The triangles at vertex v are `fans[first_of_fan[v]..first_of_fan[v + 1]]`.
     first_of_fan: Vec<u32>,
     fans: Vec<u32>,
+}
+
+/// Whether every side needs a triangle beyond it.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum Rim {
+    None,
+    Allowed,
 }
 
 impl Moving {
     pub fn of(before: &[Vec3], after: &[Vec3], triangles: &[[u32; 3]]) -> Result<Self> {
         let surface = Surface::closed(after, triangles)?;
         let unit = surface.unit;
-        let mut moving = Self::new(surface.positions.clone(), surface.positions, surface.triangles, unit)?;
-        moving.inner_radius = moving.thinnest() * unit;
-        moving.check(before)?;
-        moving.before.iter_mut().zip(before).for_each(|(own, x)| *own = x / unit);
-        moving.moved = moving.before != moving.positions;
+        let mut moving = Self::new(surface.positions.clone(), surface.positions, surface.triangles, unit, Rim::None)?;
+        let (least, most) = moving.thickness();
+        moving.inner_radius = unit * if least.is_finite() { least } else { most };
+        moving.begin(before)?;
         Ok(moving)
     }
 
+    /// With that shape before.
+    pub fn begin(&mut self, before: &[Vec3]) -> Result<()> {
+        self.check(before)?;
+        self.before.iter_mut().zip(before).for_each(|(own, x)| *own = x / self.unit);
+        self.moved = self.before != self.positions;
+        Ok(())
+    }
+
     /// Of triangles in the order of a tree. Its inner radius is to be set.
-    pub fn new(positions: Vec<Vec3>, before: Vec<Vec3>, triangles: Vec<[u32; 3]>, unit: f64) -> Result<Self> {
+    pub fn new(positions: Vec<Vec3>, before: Vec<Vec3>, triangles: Vec<[u32; 3]>, unit: f64, rim: Rim) -> Result<Self> {
         let n = positions.len();
         let known = |x: &Vec3| x.iter().all(|c| c.abs() <= MOST_MOVED); // no NaN is
         let fits = triangles.iter().flatten().all(|v| (*v as usize) < n) && before.len() == n;
         if !fits || !positions.iter().chain(&before).all(known) {
             return invalid("the moving mesh names vertices that are not there, or that are too far away");
         }
-        check_closed(&triangles)?;
+        check_sides(&triangles, rim)?;
         let tree = Tree::new(&positions, &triangles)?;
         let ball = ball_about(&positions, &triangles, unit);
         let (first_of_fan, fans) = fans(n, &triangles)?;
@@ -147,9 +163,15 @@ impl Moving {
 
     #[inline]
     fn nearest(&self, p: &Vec3) -> Nearest {
+        self.nearest_from(p, 0)
+    }
+
+    /// The same, faster where triangle `likely` is near.
+    #[inline]
+    pub fn nearest_from(&self, p: &Vec3, likely: usize) -> Nearest {
         let near = p.map(|c| c.clamp(-FAR_OFF, FAR_OFF)); // its square is a number
         let mut nearest = Nearest::within(f64::INFINITY);
-        nearest.look_at(&self.positions, &self.triangles, &near, 0);
+        nearest.look_at(&self.positions, &self.triangles, &near, likely);
         self.tree.nearest(&self.positions, &self.triangles, &near, nearest)
     }
 
@@ -178,13 +200,13 @@ impl Moving {
         (weights[0] * a + weights[1] * b + weights[2] * c) * self.unit
     }
 
-    fn face_normal(&self, t: usize) -> Vec3 {
+    pub fn face_normal(&self, t: usize) -> Vec3 {
         let [a, b, c] = corners(&self.positions, &self.triangles[t]);
         (b - a).cross(&(c - a)).try_normalize(1e-100).unwrap_or_default()
     }
 
     /// Of any length: on its side of the surface is the outside.
-    fn normal(&self, nearest: &Nearest) -> Vec3 {
+    pub fn normal(&self, nearest: &Nearest) -> Vec3 {
         let (t, on) = (nearest.triangle, nearest.weights.map(|w| w != 0.0));
         match on {
             [true, true, true] => self.face_normal(t),
@@ -193,10 +215,14 @@ impl Moving {
             [true, false, true] => self.face_normal(t) + self.face_normal(self.across[t][2] as usize),
             _ => {
                 let v = self.triangles[t][on.iter().position(|on| *on).unwrap_or(0)] as usize;
-                let fan = &self.fans[self.first_of_fan[v] as usize..self.first_of_fan[v + 1] as usize];
-                fan.iter().map(|t| self.angle(*t as usize, v) * self.face_normal(*t as usize)).sum()
+                self.fan(v as u32).iter().map(|t| self.angle(*t as usize, v) * self.face_normal(*t as usize)).sum()
             }
         }
+    }
+
+    /// The triangles at a vertex.
+    pub fn fan(&self, v: u32) -> &[u32] {
+        &self.fans[self.first_of_fan[v as usize] as usize..self.first_of_fan[v as usize + 1] as usize]
     }
 
     /// Of triangle `t` at its vertex `v`.
@@ -208,8 +234,8 @@ impl Moving {
         libm::atan2(a.cross(&b).norm(), a.dot(&b))
     }
 
-    /// Half the least way straight through, from the middle of a triangle to a side that faces it; half the longest where none does.
-    fn thinnest(&self) -> f64 {
+    /// Half the least way straight through, from the middle of a triangle to a side that faces it, infinite where none does; and half the longest of any.
+    pub fn thickness(&self) -> (f64, f64) {
         let (mut least, mut most) = (f64::INFINITY, ON_SURFACE);
         for t in (0..self.triangles.len()).step_by(self.triangles.len().div_ceil(LOOKS)) {
             let [a, b, c] = corners(&self.positions, &self.triangles[t]);
@@ -221,7 +247,7 @@ impl Moving {
                 least = least.min(half);
             }
         }
-        if least.is_finite() { least } else { most }
+        (least, most)
     }
 
     /// The share of a way from triangle `t` where it comes through another one, and which.
@@ -256,51 +282,67 @@ impl Moving {
         if self.touch(from).distance <= margin {
             return None;
         }
-        let [start, end] = [from, to].map(|p| p / self.unit);
-        if start.amax().max(end.amax()) > 1e60 {
-            return None; // a square of a square is no number
+        if from.amax().max(to.amax()) > FARTHEST_WAY * self.unit {
+            return None;
         }
         if margin < 0.0 {
-            return self.advance(from, to, margin);
+            return advance(|p| self.touch(p), (from, to), margin, self.unit);
         }
-        let margin = margin / self.unit;
-        let mut first: Option<f64> = None;
-        self.tree.visit_way(&start, &(end - start), margin, |triangles| {
-            for t in triangles {
-                let corners = corners(&self.positions, &self.triangles[t]);
-                let end = start + first.unwrap_or(1.0) * (end - start);
-                let way = |p: &Vec3| {
-                    let foot = super::triangle::place(&corners, &super::triangle::nearest_weights(&corners, p));
-                    let distance = (p - foot).norm();
-                    Touch { distance, normal: (p - foot).try_normalize(0.0).unwrap_or_else(Vec3::x) }
-                };
-                // One that is within the margin at the start would have been within it as a whole.
-                if let Some((share, _)) = sweep::convex(way, &start, &end, margin) {
-                    first = Some(share * first.unwrap_or(1.0));
-                }
-            }
-            first.unwrap_or(1.0)
-        });
-        first.map(|share| (share, self.touch(&(from + share * (to - from)))))
+        let ends = [from, to].map(|p| p / self.unit);
+        let share = sweep_triangles(&self.tree, (&self.positions, &self.triangles), &ends, margin / self.unit)?;
+        Some((share, self.touch(&(from + share * (to - from)))))
     }
+}
 
-    fn advance(&self, from: &Vec3, to: &Vec3, margin: f64) -> Option<(f64, Touch)> {
-        let length = crate::wide_norm(&(to - from));
-        let (mut share, mut last) = (0.0, None);
-        for _ in 0..STEPS {
-            let touch = self.touch(&(from + share * (to - from)));
-            let gap = touch.distance - margin;
-            if gap <= CLOSE * self.unit {
-                return Some((share, touch));
+/// The share of a way, from a place farther off than `margin` from all triangles, where it first comes as near to one. In units of the mesh.
+pub(super) fn sweep_triangles(
+    tree: &Tree,
+    (positions, triangles): (&[Vec3], &[[u32; 3]]),
+    [start, end]: &[Vec3; 2],
+    margin: f64,
+) -> Option<f64> {
+    let mut first: Option<f64> = None;
+    tree.visit_way(start, &(end - start), margin, |range| {
+        for t in range {
+            let corners = corners(positions, &triangles[t]);
+            let end = start + first.unwrap_or(1.0) * (end - start);
+            let way = |p: &Vec3| {
+                let foot = super::triangle::place(&corners, &super::triangle::nearest_weights(&corners, p));
+                let distance = (p - foot).norm();
+                Touch { distance, normal: (p - foot).try_normalize(0.0).unwrap_or_else(Vec3::x) }
+            };
+            // One that is within the margin at the start would have been within it as a whole.
+            if let Some((share, _)) = sweep::convex(way, start, &end, margin) {
+                first = Some(share * first.unwrap_or(1.0));
             }
-            if share >= 1.0 || length == 0.0 {
-                return None;
-            }
-            last = Some((share, touch));
-            share = (share + gap / length).min(1.0);
         }
-        last
+        first.unwrap_or(1.0)
+    });
+    first
+}
+
+/// By steps of the distance, from a place that is outside of the margin.
+pub(super) fn advance(
+    touch_at: impl Fn(&Vec3) -> Touch,
+    (from, to): (&Vec3, &Vec3),
+    margin: f64,
+    unit: f64,
+) -> Option<(f64, Touch)> {
+    let length = crate::wide_norm(&(to - from));
+    let (mut share, mut last) = (0.0, None);
+    for _ in 0..STEPS {
+        let touch = touch_at(&(from + share * (to - from)));
+        let gap = touch.distance - margin;
+        if gap <= CLOSE * unit {
+            return Some((share, touch));
+        }
+        if share >= 1.0 || length == 0.0 {
+            return None;
+        }
+        last = Some((share, touch));
+        share = (share + gap / length).min(1.0);
     }
+    last
 }
 
 /// The triangles at each vertex.

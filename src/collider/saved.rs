@@ -3,8 +3,9 @@
 
 use super::grid::{Grid, LEAST_NODES, MOST_NODES, PADDING};
 use super::hull::Hull;
-use super::moving::Moving;
+use super::moving::{Moving, Rim};
 use super::primitive::{Capsule, Cuboid};
+use super::sheet::Sheet;
 use super::{Ball, SIZES, Shape, Solid};
 use crate::error::{Result, invalid, reserve};
 use crate::{Error, ErrorKind, Vec3};
@@ -25,6 +26,7 @@ impl Shape {
             Shape::Hull(_) => 5,
             Shape::Grid(_) => 6,
             Shape::Moving(_) => 7,
+            Shape::Sheet(_) => 8,
         }
     }
 }
@@ -53,11 +55,10 @@ impl Solid {
                 let values = &grid.values[..grid.values.len() - PADDING];
                 values.iter().for_each(|value| out.bytes.extend(value.to_le_bytes()));
             }
-            Shape::Moving(mesh) => {
-                out.doubles(&[mesh.unit, mesh.inner_radius]);
-                out.vectors(&mesh.positions);
-                out.vectors(&mesh.before);
-                out.triangles(&mesh.triangles);
+            Shape::Moving(mesh) => out.moving(mesh),
+            Shape::Sheet(sheet) => {
+                out.doubles(&[sheet.depth]);
+                out.moving(&sheet.mesh);
             }
         }
         let checksum = xxh3_64(&out.bytes);
@@ -105,6 +106,13 @@ impl Writer {
         vectors.iter().for_each(|v| self.doubles(v.as_slice()));
     }
 
+    fn moving(&mut self, mesh: &Moving) {
+        self.doubles(&[mesh.unit, mesh.inner_radius]);
+        self.vectors(&mesh.positions);
+        self.vectors(&mesh.before);
+        self.triangles(&mesh.triangles);
+    }
+
     fn triangles(&mut self, triangles: &[[u32; 3]]) {
         self.count(triangles.len());
         triangles.iter().flatten().for_each(|v| self.bytes.extend(v.to_le_bytes()));
@@ -127,18 +135,24 @@ impl Reader<'_> {
                 Shape::Hull(Box::new(Hull::new(self.vectors()?, self.triangles()?, unit)?))
             }
             6 => Shape::Grid(Box::new(self.grid()?)),
-            7 => {
-                let (unit, inner_radius) = (self.unit()?, self.double()?);
-                let mut mesh = Moving::new(self.vectors()?, self.vectors()?, self.triangles()?, unit)?;
-                if !(inner_radius > 0.0 && inner_radius <= 10.0 * SIZES.end()) {
-                    return invalid(format!("its inner radius is {inner_radius:?}"));
-                }
-                mesh.inner_radius = inner_radius;
-                Shape::Moving(Box::new(mesh))
+            7 => Shape::Moving(Box::new(self.moving(Rim::None)?)),
+            8 => {
+                let depth = self.double()?;
+                Shape::Sheet(Box::new(Sheet::new(self.moving(Rim::Allowed)?, depth)?))
             }
             other => return invalid(format!("its kind is {other}, which this library does not know")),
         };
         Ok(Solid { shape })
+    }
+
+    fn moving(&mut self, rim: Rim) -> Result<Moving> {
+        let (unit, inner_radius) = (self.unit()?, self.double()?);
+        let mut mesh = Moving::new(self.vectors()?, self.vectors()?, self.triangles()?, unit, rim)?;
+        if !(inner_radius > 0.0 && inner_radius <= 10.0 * SIZES.end()) {
+            return invalid(format!("its inner radius is {inner_radius:?}"));
+        }
+        mesh.inner_radius = inner_radius;
+        Ok(mesh)
     }
 
     fn grid(&mut self) -> Result<Grid> {

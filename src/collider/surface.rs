@@ -1,5 +1,6 @@
-//! A closed triangle mesh that a solid is made of: checked, oriented, in units of its size.
+//! A triangle mesh that a solid is made of, closed or one-sided: checked, oriented, in units of its size.
 
+use super::moving::Rim;
 use super::{SIZES, tree};
 use crate::Vec3;
 use crate::error::{Error, ErrorKind, Result};
@@ -9,8 +10,9 @@ use crate::mesh::{Kind, Severity, UnionFind, check};
 pub(super) const FARTHEST: f64 = 1e10;
 /// Of surface times size: rounding of a volume that is zero.
 const NO_VOLUME: f64 = 1e-13;
+const NO_TRIANGLE: &str = "the mesh has no triangle of three different vertices";
 
-/// Every edge has two triangles that run along it in opposite directions, so that there is an inside.
+/// Every edge has two triangles that run along it in opposite directions, so that there is an inside; or a front, where one may be at a rim.
 #[derive(Clone, Debug)]
 pub(super) struct Surface {
     /// In units of `unit`. Those that no triangle uses are at zero.
@@ -58,14 +60,27 @@ impl Piece {
 impl Surface {
     /// Fails with the place unless the mesh is closed and its volume is positive. See [`super::Solid::grid`].
     pub fn closed(positions: &[Vec3], triangles: &[[u32; 3]]) -> Result<Self> {
-        let raw = oriented(positions, triangles);
+        let raw = oriented(positions, triangles, Rim::None);
         let triangles = match raw {
             Ok(triangles) => triangles,
             Err(error) => match welded(positions, triangles) {
-                Some(triangles) => oriented(positions, &triangles)?,
+                Some(triangles) => oriented(positions, &triangles, Rim::None)?,
                 None => return Err(error),
             },
         };
+        let surface = Self::sized(positions, triangles)?;
+        surface.check_volume()?;
+        Ok(surface)
+    }
+
+    /// One that may be open, and need not have an inside. Vertices at the same place count as one where every edge then has one or two triangles.
+    pub fn open(positions: &[Vec3], triangles: &[[u32; 3]]) -> Result<Self> {
+        let one_vertex_a_place = welded(positions, triangles).and_then(|t| oriented(positions, &t, Rim::Allowed).ok());
+        let triangles = one_vertex_a_place.map_or_else(|| oriented(positions, triangles, Rim::Allowed), Ok)?;
+        Self::sized(positions, triangles)
+    }
+
+    fn sized(positions: &[Vec3], triangles: Vec<[u32; 3]>) -> Result<Self> {
         let (low, high) = box_about(positions, &triangles);
         let (size, reach) = ((high - low).max(), low.amax().max(high.amax()));
         if reach > *SIZES.end() || !SIZES.contains(&size) || reach > FARTHEST * size {
@@ -80,7 +95,6 @@ impl Surface {
         triangles.iter().flatten().for_each(|&v| scaled[v as usize] = positions[v as usize] / unit);
         let mut surface = Self { positions: scaled, triangles, unit };
         tree::sort(&surface.positions, &mut surface.triangles);
-        surface.check_volume()?;
         Ok(surface)
     }
 
@@ -139,6 +153,12 @@ impl Surface {
         box_about(&self.positions, &self.triangles)
     }
 
+    /// Side of the box about it.
+    pub fn longest(&self) -> f64 {
+        let (low, high) = self.box_about();
+        (high - low).max()
+    }
+
     /// The ball about all of it, in lengths.
     pub fn ball(&self) -> super::Ball {
         ball_about(&self.positions, &self.triangles, self.unit)
@@ -155,7 +175,7 @@ pub(super) fn ball_about(positions: &[Vec3], triangles: &[[u32; 3]], unit: f64) 
 }
 
 /// The usable triangles, turned to agree with their neighbours. Fails with the first fault.
-fn oriented(positions: &[Vec3], triangles: &[[u32; 3]]) -> Result<Vec<[u32; 3]>> {
+fn oriented(positions: &[Vec3], triangles: &[[u32; 3]], rim: Rim) -> Result<Vec<[u32; 3]>> {
     let (n, t) = (positions.len(), triangles.len());
     if n == 0 || t == 0 || n >= u32::MAX as usize || t >= (u32::MAX / 2) as usize {
         return invalid_mesh(format!("the mesh has {n} vertices and {t} triangles"));
@@ -169,12 +189,12 @@ fn oriented(positions: &[Vec3], triangles: &[[u32; 3]]) -> Result<Vec<[u32; 3]>>
     }
     let mut turned = findings.orientation.apply(triangles);
     turned.retain(|[a, b, c]| a != b && b != c && c != a);
-    check_closed(&turned)?;
+    check_sides(&turned, rim)?;
     Ok(turned)
 }
 
-/// Fails unless each edge that is run along one way is run along the other way too.
-pub(super) fn check_closed(triangles: &[[u32; 3]]) -> Result<()> {
+/// Fails unless each edge that is run along one way is run along the other way too, or, where a rim is allowed, by none.
+pub(super) fn check_sides(triangles: &[[u32; 3]], rim: Rim) -> Result<()> {
     let mut sides: Vec<([u32; 2], bool)> = vec![];
     for t in triangles {
         for k in 0..3 {
@@ -183,13 +203,24 @@ pub(super) fn check_closed(triangles: &[[u32; 3]]) -> Result<()> {
         }
     }
     sides.sort_unstable();
-    let open: Vec<[u32; 2]> =
-        sides.chunk_by(|a, b| a.0 == b.0).filter(|run| run.len() != 2).map(|run| run[0].0).collect();
+    let of_edges = || sides.chunk_by(|a, b| a.0 == b.0);
+    if rim == Rim::Allowed {
+        let meets = |run: &&[([u32; 2], bool)]| run.len() > 2 || run.len() == 2 && run[0].1 == run[1].1;
+        return match of_edges().find(meets) {
+            _ if triangles.is_empty() => invalid_mesh(NO_TRIANGLE.into()),
+            None => Ok(()),
+            Some(run) => {
+                let [a, b] = run[0].0;
+                invalid_mesh(format!("edge {a}-{b} has {} triangles that have no common front", run.len()))
+            }
+        };
+    }
+    let open: Vec<[u32; 2]> = of_edges().filter(|run| run.len() != 2).map(|run| run[0].0).collect();
     match open.first() {
-        _ if triangles.is_empty() => invalid_mesh("the mesh has no triangle of three different vertices".into()),
+        _ if triangles.is_empty() => invalid_mesh(NO_TRIANGLE.into()),
         None => Ok(()),
         Some([a, b]) => invalid_mesh(format!(
-            "the mesh is open: edge {a}-{b} has one triangle ({} such edges); a solid needs a closed mesh: close it, or give the sheet a thickness",
+            "the mesh is open: edge {a}-{b} has one triangle ({} such edges); a solid needs a closed mesh: close it, or take it as one-sided",
             open.len()
         )),
     }

@@ -28,16 +28,23 @@ pub const SW_COLLIDER_CAPSULE: u32 = 3;
 pub const SW_COLLIDER_BOX: u32 = 4;
 /// The convex hull of mesh->positions; its triangles are not read.
 pub const SW_COLLIDER_HULL: u32 = 5;
-/// The inside of a closed mesh, prepared as signed distances on a grid.
+/// The inside of a closed mesh, or what is behind one of SW_COLLIDER_ONE_SIDED, prepared as signed distances on a grid.
 pub const SW_COLLIDER_MESH: u32 = 6;
 
-/// The inside of a closed mesh whose vertices move: sw_state_deform_collider. Its distances are exact, by a search for each point.
+/// The same of a mesh whose vertices move: sw_state_deform_collider. Its distances are exact, by a search for each point.
 pub const SW_COLLIDER_DEFORMING_MESH: u32 = 7;
+
+/// In SwColliderDesc, of SW_COLLIDER_MESH and SW_COLLIDER_DEFORMING_MESH: the mesh may be open, such as a ground, a wall of one skin or a body with a neck
+/// that is not closed. Its front is where its triangles run counterclockwise, and turned ones follow the most of their piece. It is solid behind by `depth`:
+/// at places whose nearest point of the mesh is in front of them, no farther than that, and not on its rim. So the front is right however sharp the mesh is
+/// bent, and what lies behind the solid at the start stays behind. A mesh that is closed and not inside out is what it is without the flag. Two parts
+/// of one mesh of which one's back is within `depth` of the other's front should be colliders of their own.
+pub const SW_COLLIDER_ONE_SIDED: u32 = 2;
 
 /// In sw_state_move_collider and sw_state_deform_collider: the collider is there at once and has no velocity.
 pub const SW_COLLIDER_TELEPORT: u32 = 1;
 
-/// A solid in axes of its own, which sw_state_move_collider places.
+/// A solid in axes of its own, which sw_state_move_collider places. Every collider is kinematic: only the host moves it, and no shell pushes it.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct SwColliderDesc {
@@ -45,7 +52,7 @@ pub struct SwColliderDesc {
     pub struct_size: u32,
     /// SW_COLLIDER_.... Required.
     pub kind: u32,
-    /// Must be 0.
+    /// SW_COLLIDER_ONE_SIDED or 0.
     pub flags: u32,
     /// Must be 0.
     pub reserved: u32,
@@ -65,6 +72,9 @@ pub struct SwColliderDesc {
     pub cells: u32,
     /// Must be 0.
     pub reserved2: u32,
+    /// Of SW_COLLIDER_ONE_SIDED: how far behind its triangles the mesh is solid, length, from 1e-6 to 100 times its longest side, of SW_COLLIDER_MESH two
+    /// cells or more. 0 = four cells, of SW_COLLIDER_DEFORMING_MESH a 16th of its longest side.
+    pub depth: f64,
 }
 
 described!(SwColliderDesc, reserved2);
@@ -114,8 +124,22 @@ pub struct SwCollider {
     thickness: f64,
 }
 
+fn is_one_sided(desc: &SwColliderDesc) -> Result<bool, Fault> {
+    let (kind, depth) = (desc.kind, desc.depth);
+    let one_sided = desc.flags & SW_COLLIDER_ONE_SIDED != 0;
+    if one_sided && ![SW_COLLIDER_MESH, SW_COLLIDER_DEFORMING_MESH].contains(&kind) {
+        return Err(Fault::argument(format!(
+            "desc->flags has SW_COLLIDER_ONE_SIDED, and desc->kind is {kind}: it goes with SW_COLLIDER_MESH and SW_COLLIDER_DEFORMING_MESH"
+        )));
+    }
+    if !one_sided && depth != 0.0 {
+        return Err(Fault::argument(format!("desc->depth is {depth:?}: it must be 0 without SW_COLLIDER_ONE_SIDED")));
+    }
+    Ok(one_sided)
+}
+
 unsafe fn solid_of(desc: &SwColliderDesc) -> Result<Solid, Fault> {
-    check_flags("desc->flags", desc.flags, 0)?;
+    check_flags("desc->flags", desc.flags, SW_COLLIDER_ONE_SIDED)?;
     check_flags("desc->reserved", desc.reserved, 0)?;
     check_flags("desc->reserved2", desc.reserved2, 0)?;
     let kinds = [
@@ -128,7 +152,9 @@ unsafe fn solid_of(desc: &SwColliderDesc) -> Result<Solid, Fault> {
         SW_COLLIDER_DEFORMING_MESH,
     ];
     let kinds = kinds.map(|kind| (kind, kind));
-    Ok(match enumerant("desc->kind", desc.kind, &kinds)? {
+    let kind = enumerant("desc->kind", desc.kind, &kinds)?;
+    let one_sided = is_one_sided(desc)?;
+    Ok(match kind {
         SW_COLLIDER_SPHERE => Solid::sphere(desc.radius)?,
         SW_COLLIDER_CAPSULE => Solid::capsule(desc.half_length, desc.radius)?,
         SW_COLLIDER_BOX => Solid::cuboid(Vec3::from(desc.half_extents))?,
@@ -148,13 +174,21 @@ unsafe fn solid_of(desc: &SwColliderDesc) -> Result<Solid, Fault> {
             } else {
                 Resolution::Cells(desc.cells as usize)
             };
-            let margin = 2.0 * desc.thickness;
-            Solid::grid(&positions, &triangles, &GridOptions { resolution: cells, margin, ..GridOptions::default() })?
+            let options = GridOptions { resolution: cells, margin: 2.0 * desc.thickness, ..GridOptions::default() };
+            if one_sided {
+                Solid::one_sided_grid(&positions, &triangles, desc.depth, &options)?
+            } else {
+                Solid::grid(&positions, &triangles, &options)?
+            }
         }
         SW_COLLIDER_DEFORMING_MESH => {
             // SAFETY: as of SW_COLLIDER_MESH.
             let (positions, triangles) = unsafe { read_mesh(desc.mesh)? };
-            Solid::moving_mesh(&positions, &positions, &triangles)?
+            if one_sided {
+                Solid::one_sided_moving_mesh(&positions, &positions, &triangles, desc.depth)?
+            } else {
+                Solid::moving_mesh(&positions, &positions, &triangles)?
+            }
         }
         _ => Solid::plane(),
     })
@@ -162,8 +196,8 @@ unsafe fn solid_of(desc: &SwColliderDesc) -> Result<Solid, Fault> {
 
 /// Makes a collider. On success *collider is a new object, to be given to sw_collider_destroy; on failure it is untouched.
 /// A mesh takes up to seconds, and about a megabyte at 64 cells. Triangles that are turned against their neighbours are taken as meant.
-/// Errors: SW_ERROR_INVALID_ARGUMENT, also on a size that is not from 1e-100 to 1e100; SW_ERROR_INVALID_DESC; SW_ERROR_INVALID_MESH on a mesh that
-/// is open, inside out or thinner than its cells, with the place.
+/// Errors: SW_ERROR_INVALID_ARGUMENT, also on a size that is not from 1e-100 to 1e100, on SW_COLLIDER_ONE_SIDED of another kind and on a depth beyond its range;
+/// SW_ERROR_INVALID_DESC; SW_ERROR_INVALID_MESH on a mesh that is open or inside out without SW_COLLIDER_ONE_SIDED, or thinner than its cells, with the place.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sw_collider_create(desc: *const SwColliderDesc, collider: *mut *mut SwCollider) -> SwStatus {
     guard(|| {
@@ -310,7 +344,7 @@ pub unsafe extern "C" fn sw_state_move_collider(
 /// Sets the shape that a collider of SW_COLLIDER_DEFORMING_MESH has at the end of the next step: positions (n_vertices x 3) of its vertices in their order,
 /// in its axes, as SW_FORMAT_..., `stride` bytes apart (0 = packed). The triangles stay. What lies on it is taken along, and friction feels how it moves. It
 /// keeps the shape when not called. With SW_COLLIDER_TELEPORT it has it at once. The state takes a copy for its own the first time, so that states may share the
-/// collider; that copy is dropped by sw_state_set_colliders. The mesh should stay closed and not meet itself.
+/// collider; that copy is dropped by sw_state_set_colliders. The mesh should not meet itself.
 /// Errors: SW_ERROR_INVALID_ARGUMENT, also where the state has no such collider or it has another number of vertices; SW_ERROR_UNSUPPORTED of
 /// other kinds; SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY.
 #[unsafe(no_mangle)]

@@ -130,6 +130,13 @@ class Animated(unittest.TestCase):
         last = baked("rises", text + "motion = 'rises.pc2'\n")[0][-1]
         for point in last:
             self.assertAlmostEqual(point[2], -0.125, delta=1e-4)   # a contact's gap: under 1e-4 of the size of 1.3
+        # Its upper side alone, which looks up.
+        write_obj("ground.obj", cube(-0.25), [face for face in CUBE_FACES if all(cube(-0.25)[v][2] == max(p[2] for p in cube(-0.25)) for v in face)])
+        open_text = text.replace("cube.obj", "ground.obj") + "motion = 'rises.pc2'\n"
+        for point in baked("open_rises", open_text + "one_sided = true\ndepth = 0.05\n")[0][-1]:
+            self.assertAlmostEqual(point[2], -0.125, delta=1e-4)
+        self.assertIn("the mesh is open", run("wrong", open_text).stderr)
+        self.assertIn("depth goes with one_sided = true", run("wrong", open_text + "depth = 0.05\n").stderr)
         ran = run("wrong", text)
         self.assertIn("a deforming needs motion", ran.stderr)
         ran = run("wrong", text.replace("deforming", "mesh") + "motion = 'rises.pc2'\n")

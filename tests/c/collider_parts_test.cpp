@@ -90,7 +90,7 @@ void colliders_of_a_scene_are_read_in_full() {
                    "[[collider]]\nkind = 'sphere'\nradius = 0.3\nposition = [1, 2, 3]\nrotate_degrees = [0, 90, 0]\n"
                    "key = [{ time = 1, offset = [0, 0, 1], rotate_degrees = [180, 0, 0] }]\n"
                    "[[collider]]\nkind = 'capsule'\nradius = 1\nhalf_length = 2\n[[collider]]\nkind = 'box'\nhalf_extents = [1, 2, 3]\n"
-                   "[[collider]]\nkind = 'hull'\nmesh = 'rock.obj'\n[[collider]]\nkind = 'mesh'\nmesh = 'body.obj'\ncells = 100\n"));
+                   "[[collider]]\nkind = 'hull'\nmesh = 'rock.obj'\n[[collider]]\nkind = 'mesh'\nmesh = 'body.obj'\ncells = 100\none_sided = true\ndepth = 0.02\n"));
   const std::vector<cli::Collider> &c = scene.colliders;
   CHECK(c.size() == 6);
   if (c.size() != 6) return;
@@ -102,7 +102,7 @@ void colliders_of_a_scene_are_read_in_full() {
   CHECK(c[2].radius == 1 && c[2].half_length == 2 && c[3].half_extents[1] == 2);
   // Relative to the scene, and known as files that no output may replace.
   const std::string body = (std::filesystem::path(directory) / "body.obj").lexically_normal().string();
-  CHECK(c[4].mesh_path != body && c[5].mesh_path == body && c[5].cells == 100);
+  CHECK(c[4].mesh_path != body && c[5].mesh_path == body && c[5].cells == 100 && c[5].one_sided && c[5].depth == 0.02);
   CHECK(std::count(scene.inputs.begin(), scene.inputs.end(), body) == 1);
 }
 
@@ -168,6 +168,8 @@ void a_collider_in_a_word_is_read() {
   CHECK(capsule.radius == 1 && capsule.half_length == 2 && capsule.position == Vec3{} && box.half_extents[2] == 3 && box.position[0] == 4);
   CHECK(inputs.empty() && cli::read_collider("mesh:a.obj@1,2,3", inputs).mesh_path == "a.obj");
   CHECK(cli::read_collider("hull:b.ply", inputs).kind == SW_COLLIDER_HULL && inputs == (std::vector<std::string>{"a.obj", "b.ply"}));
+  const cli::Collider sheet = cli::read_collider("mesh:a.obj:one-sided", inputs), deep = cli::read_collider("mesh:a.obj:depth=0.5", inputs);
+  CHECK(sheet.one_sided && sheet.depth == 0 && deep.one_sided && deep.depth == 0.5);
   const struct {
     const char *word, *wrong;
   } bad[] = {
@@ -179,7 +181,9 @@ void a_collider_in_a_word_is_read() {
       {"sphere:1@1,2", "'1@1,2' is not as in"},
       {"box:1,1@0,0,0", "'1,1@0,0,0' is not as in box:HX,HY,HZ@X,Y,Z"},
       {"mesh:", "'' is not as in mesh:FILE@X,Y,Z"},
-      {"sphere:1:fricton=1", "'fricton' is neither friction nor thickness; did you mean 'friction'"},
+      {"sphere:1:fricton=1", "'fricton' is none of friction, thickness and depth; did you mean 'friction'"},
+      {"sphere:1:depth=1", "'depth=1' goes with mesh:FILE@X,Y,Z"},
+      {"mesh:a.obj:one-side", "'one-side' is not DX,DY,DZ@SECONDS, friction=F, thickness=T, or of a mesh one-sided"},
       {"sphere:1:friction=-1", "'friction=-1': friction is a number from 0 on"},
       {"sphere:1:0,0", "'0,0' is not DX,DY,DZ@SECONDS"},
       {"sphere:1:free@2", "'free@2' is not DX,DY,DZ@SECONDS"},

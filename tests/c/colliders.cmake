@@ -48,6 +48,8 @@ endfunction()
 set(strip "mesh = 'strip.off'\n")
 rests(plane -200000 "${strip}" "kind = 'plane'\nposition = [0, 0, -0.2]\n[${damping}" plane)
 rests(mesh -200000 "${strip}" "kind = 'mesh'\nmesh = 'solids/cube.off'\nposition = [1, 0, -3.2]\n[${damping}" mesh)
+file(WRITE "${OUT}/solids/ground.off" "OFF\n4 1 0\n-3 -3 0\n3 -3 0\n3 3 0\n-3 3 0\n4 0 1 2 3\n")
+rests(ground -200000 "${strip}" "kind = 'mesh'\nmesh = 'solids/ground.off'\none_sided = true\nposition = [1, 0, -0.2]\n[${damping}" ground)
 rests(box -100000 "${strip}" "kind = 'box'\nhalf_extents = [3, 3, 3]\nposition = [1, 0, -3.2]
                              key = [{ time = 1, offset = [0, 0, 0.1] }]\n[${damping}" box)
 rests(both -200000 "" "kind = 'plane'\nposition = [0, 0, -0.2]\n[[shell]]\nname = 'a'\n${strip}[shell.${damping}[[shell]]\nname = 'b'\n${strip}[shell.${damping}"

@@ -138,6 +138,109 @@ static void a_closed_mesh_and_its_hull_carry_as_the_box_that_they_are(void) {
   sw_model_destroy(model);
 }
 
+/* A ground of two triangles that look up. */
+static SwColliderDesc ground(SwMeshDesc *mesh, uint32_t kind) {
+  static const double corners[12] = {-9, -9, 0, 9, -9, 0, 9, 9, 0, -9, 9, 0};
+  static const uint32_t triangles[6] = {0, 1, 2, 0, 2, 3};
+  SwColliderDesc desc;
+  sw_mesh_desc_init(mesh);
+  mesh->positions = corners;
+  mesh->position_format = SW_FORMAT_F64;
+  mesh->triangles = triangles;
+  mesh->n_vertices = 4;
+  mesh->n_triangles = 2;
+  sw_collider_desc_init(&desc);
+  desc.kind = kind;
+  desc.flags = SW_COLLIDER_ONE_SIDED;
+  desc.mesh = mesh;
+  return desc;
+}
+
+static void a_strip_lies_with_its_weight_on_a_ground_of_two_triangles_and_behind_it_stays_behind(void) {
+  SwModel *model = free_strip();
+  const double weight = 9.81 * info_of(model).total_mass;
+  for (uint32_t kind = SW_COLLIDER_MESH; kind <= SW_COLLIDER_DEFORMING_MESH; ++kind) {
+    SwState *state = falling(model);
+    SwMeshDesc mesh;
+    SwColliderDesc desc = ground(&mesh, kind);
+    SwCollider *made = NULL, *loaded = NULL;
+    uint64_t size = 0;
+    desc.depth = 1.5;
+    OK(sw_collider_create(&desc, &made));
+    OK(sw_collider_save(made, NULL, 0, &size));
+    unsigned char *bytes = malloc(size);
+    OK(sw_collider_save(made, bytes, size, &size));
+    OK(sw_collider_load(bytes, size, &loaded));
+    set_colliders(state, &loaded, 1);
+    place(state, 0, -0.01);
+    for (int step = 0; step < 240; ++step) OK(sw_state_step(state, 1.0 / 60));
+    CHECK_NEAR(carried(state), weight, 1e-2 * weight); /* what still swings */
+    CHECK(report_of(state).deepest_penetration <= 1e-3 * STRIP_LENGTH);
+    if (kind == SW_COLLIDER_DEFORMING_MESH) {
+      double led[12], x[3 * STRIP_VERTICES], lowest = 1;
+      for (int k = 0; k <= 60; ++k) {
+        for (int i = 0; i < 12; ++i) led[i] = ((const double *)mesh.positions)[i] + (i % 3 == 2 ? 0.2 * k / 60 : 0);
+        OK(sw_state_deform_collider(state, 0, 0, SW_FORMAT_F64, led, 0, 4));
+        OK(sw_state_step(state, 1.0 / 60));
+      }
+      OK(sw_state_positions(state, SW_SPACE_WORLD, SW_FORMAT_F64, x, 0, STRIP_VERTICES));
+      for (int v = 0; v < STRIP_VERTICES; ++v) lowest = fmin(lowest, x[3 * v + 2]);
+      CHECK(lowest > 0.19 - 1e-3 * STRIP_LENGTH);
+    }
+    /* One that begins behind the back comes up against it. */
+    SwState *under = falling(model);
+    const double up[3] = {0, 0, 9.81};
+    double x[3 * STRIP_VERTICES], highest = -1, force = 0;
+    uint32_t count = 0;
+    SwContact contacts[512];
+    OK(sw_state_set_gravity(under, up));
+    set_colliders(under, &made, 1);
+    place(under, 0, 1.51);
+    for (int step = 0; step < 240; ++step) OK(sw_state_step(under, 1.0 / 60));
+    OK(sw_state_positions(under, SW_SPACE_WORLD, SW_FORMAT_F64, x, 0, STRIP_VERTICES));
+    for (int v = 0; v < STRIP_VERTICES; ++v) highest = fmax(highest, x[3 * v + 2]);
+    CHECK_NEAR(highest, 0.01, 1e-3 * STRIP_LENGTH);
+    OK(sw_state_contacts(under, contacts, sizeof(SwContact), 512, &count));
+    for (uint32_t i = 0; i < count; ++i) force += contacts[i].force[2];
+    CHECK_NEAR(force, -weight, 1e-2 * weight);
+    free(bytes);
+    sw_collider_destroy(made);
+    sw_collider_destroy(loaded);
+    sw_state_destroy(state);
+    sw_state_destroy(under);
+  }
+  sw_model_destroy(model);
+}
+
+static void a_one_sided_collider_that_is_wrong_is_refused_by_name(void) {
+  SwMeshDesc mesh;
+  SwCollider *none = NULL;
+  for (uint32_t kind = SW_COLLIDER_PLANE; kind <= SW_COLLIDER_HULL; ++kind) {
+    SwColliderDesc desc = ground(&mesh, kind);
+    char text[64];
+    desc.radius = desc.half_length = 1;
+    for (int c = 0; c < 3; ++c) desc.half_extents[c] = 1;
+    snprintf(text, sizeof text, "desc->flags has SW_COLLIDER_ONE_SIDED, and desc->kind is %u", kind);
+    FAILS(sw_collider_create(&desc, &none), SW_ERROR_INVALID_ARGUMENT, text);
+  }
+  for (uint32_t kind = SW_COLLIDER_MESH; kind <= SW_COLLIDER_DEFORMING_MESH; ++kind) {
+    const double bad[4] = {-1, NAN, INFINITY, 1e-9};
+    SwColliderDesc desc = ground(&mesh, kind);
+    for (int i = 0; i < 4; ++i) {
+      desc.depth = bad[i];
+      FAILS(sw_collider_create(&desc, &none), SW_ERROR_INVALID_ARGUMENT, "the depth of the one-sided mesh is");
+    }
+    desc.depth = 0;
+    desc.flags = SW_COLLIDER_ONE_SIDED | 1;
+    FAILS(sw_collider_create(&desc, &none), SW_ERROR_INVALID_ARGUMENT, "desc->flags");
+    desc.flags = 0;
+    FAILS(sw_collider_create(&desc, &none), SW_ERROR_INVALID_MESH, "the mesh is open");
+    desc.depth = 0.5;
+    FAILS(sw_collider_create(&desc, &none), SW_ERROR_INVALID_ARGUMENT, "desc->depth is 0.5");
+  }
+  CHECK(!none);
+}
+
 static void a_saved_state_goes_on_with_its_contacts(void) {
   SwModel *model = free_strip();
   SwCollider *floor = collider_of(SW_COLLIDER_PLANE, 0.3);
@@ -459,6 +562,8 @@ int main(void) {
   RUN(a_deforming_mesh_lifts_the_strip_and_the_push_out_leaves_nothing_inside);
   RUN(a_strip_lies_with_its_weight_on_a_plane_and_on_a_box);
   RUN(a_closed_mesh_and_its_hull_carry_as_the_box_that_they_are);
+  RUN(a_strip_lies_with_its_weight_on_a_ground_of_two_triangles_and_behind_it_stays_behind);
+  RUN(a_one_sided_collider_that_is_wrong_is_refused_by_name);
   RUN(a_saved_state_goes_on_with_its_contacts);
   RUN(what_is_wrong_is_refused_by_name);
   return report_failures();

@@ -58,7 +58,14 @@ fn spoilt_meshes_are_refused_or_make_finite_solids() {
     let (mut made, mut refused) = (0, 0);
     for _ in 0..600 {
         let mesh = spoilt(&mut rng);
-        for solid in [Solid::grid(&mesh.0, &mesh.1, &options), Solid::moving_mesh(&mesh.0, &mesh.0, &mesh.1)] {
+        let depth = [0.0, 1e-3, 0.5, 10.0][rng.random_range(0..4)];
+        for solid in [
+            Solid::grid(&mesh.0, &mesh.1, &options),
+            Solid::moving_mesh(&mesh.0, &mesh.0, &mesh.1),
+            Solid::one_sided_moving_mesh(&mesh.0, &mesh.0, &mesh.1, depth),
+            Solid::one_sided_moving_mesh(&mesh.0, &mesh.0, &mesh.1[..mesh.1.len() / 2], depth),
+            Solid::one_sided_grid(&mesh.0, &mesh.1[..mesh.1.len() / 2], depth.min(0.5), &options),
+        ] {
             match solid {
                 Ok(solid) => {
                     assert_finite(&solid, &mut rng);
@@ -133,6 +140,8 @@ fn touches_within_a_reach_are_the_touches_that_are_within_it() {
         Solid::hull(&points).unwrap(),
         Solid::grid(&mesh.0, &mesh.1, &GridOptions::default()).unwrap(),
         Solid::moving_mesh(&mesh.0, &mesh.0, &mesh.1).unwrap(),
+        Solid::one_sided_moving_mesh(&mesh.0, &mesh.0, &mesh.1[..300], 0.1).unwrap(),
+        Solid::one_sided_grid(&mesh.0, &mesh.1[..300], 0.1, &GridOptions::default()).unwrap(),
     ];
     for solid in &solids {
         for _ in 0..2000 {

@@ -447,6 +447,25 @@ void polygons_of_the_third_input_stop_the_strip_and_lift_it() {
   }
 }
 
+// One polygon, seen from above: solid under it where it is one-sided, and refused where it is not.
+void an_open_ground_stops_the_strip_where_it_is_one_sided() {
+  for (const int shape : {5, 6}) {  // mesh, deforming mesh
+    Scene scene;
+    scene.put_box(-0.08f);
+    scene.solid.fake_geometry().primitives.resize(4);
+    scene.solid.fake_geometry().primitives.erase(scene.solid.fake_geometry().primitives.begin(), scene.solid.fake_geometry().primitives.begin() + 3);
+    scene.cook.set("collidershape", {double(shape)});
+    scene.at(1);
+    CHECK(scene.cook.errors.size() == 1 && contains(scene.cook.errors[0], "the collider: "));
+    scene.cook.set("collideronesided", {1});
+    scene.cook.set("colliderdepth", {0.3});
+    double lowest = 0;
+    for (int frame = 1; frame <= 16; ++frame) scene.at(frame), lowest = std::min(lowest, scene.tip());
+    CHECK(scene.cook.errors.empty());
+    CHECK_NEAR(lowest, -0.08, 5e-4);
+  }
+}
+
 // What a scene keeps is the name, which is for good.
 void the_menu_of_known_materials_is_the_librarys_table() {
   const std::unique_ptr<SOP_Node> node = plugin->create();
@@ -1298,6 +1317,7 @@ int main(int argc, char **argv) {
     RUN(pieces_of_the_third_input_are_colliders_of_their_own);
     RUN(what_is_inside_a_collider_is_pushed_out_or_given_way_to);
     RUN(polygons_of_the_third_input_stop_the_strip_and_lift_it);
+  RUN(an_open_ground_stops_the_strip_where_it_is_one_sided);
     RUN(the_menu_of_known_materials_is_the_librarys_table);
     RUN(a_known_material_is_the_sheet_of_its_numbers);
     RUN(a_map_multiplies_the_sheets_constant);

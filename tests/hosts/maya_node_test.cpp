@@ -111,7 +111,7 @@ void every_attribute_has_its_own_names_and_affects_the_output() {
                                  "binMembership",
                                  "bnm"};
   const std::vector<fake::AttributeInfo> attributes = node.attributes();
-  CHECK(attributes.size() == 116);
+  CHECK(attributes.size() == 118);
   for (const fake::AttributeInfo &attribute : attributes) {
     CHECK(names.insert(attribute.name).second && names.insert(attribute.brief).second);
     CHECK(attribute.affects_output);
@@ -532,6 +532,28 @@ void a_connected_mesh_moves_the_strip_and_every_attribute_of_it_counts() {
   CHECK(changes([](Scene &s) { s.node.set("colliders[0].colliderShape", SW_COLLIDER_SPHERE); }));
   CHECK(changes([](Scene &s) { s.node.set("colliders[0].colliderCells", 9); }));
   CHECK(changes([](Scene &s) { s.node.remove("colliders[0]"); }));
+}
+
+// The upper side of a box alone: solid under it where it is one-sided, and refused where it is not.
+void an_open_mesh_stops_the_strip_where_it_is_one_sided() {
+  for (const int shape : {SW_COLLIDER_MESH, SW_COLLIDER_DEFORMING_MESH}) {
+    Scene scene;
+    put_box(scene, -0.8);
+    fake::Mesh ground = cube();
+    ground.counts = {4};
+    ground.corners = {2, 6, 7, 3};
+    scene.node.set_mesh("colliders[0].colliderMesh", &ground);
+    scene.node.set("colliders[0].colliderShape", shape);
+    scene.at(1);
+    CHECK(scene.node.failed() && contains(fake::session().errors.at(0), "the mesh is open"));
+    fake::session().errors.clear();
+    scene.node.set("colliders[0].colliderOneSided", 1);
+    scene.node.set("colliders[0].colliderDepth", 3);
+    double lowest = 0;
+    for (const Points &frame : scene.play(16)) lowest = std::min(lowest, frame[kTip].y);
+    CHECK_NEAR(lowest, -0.8, 5e-3);
+    CHECK(fake::session().errors.empty());
+  }
 }
 
 // Balls of 1 cm come up under the strip at 10 cm, and down on it at 30: one mode bends it one way.
@@ -1638,6 +1660,7 @@ int main(int argc, char **argv) {
     RUN(every_attribute_changes_the_result);
     RUN(a_connected_mesh_stops_the_strip);
     RUN(a_connected_mesh_moves_the_strip_and_every_attribute_of_it_counts);
+    RUN(an_open_mesh_stops_the_strip_where_it_is_one_sided);
     RUN(a_deforming_mesh_lifts_the_strip);
     RUN(what_is_inside_a_collider_is_pushed_out_or_given_way_to);
     RUN(selected_edges_fold);

@@ -1,7 +1,7 @@
 """Reads the objects that a shell touches: once their shape, every frame their place.
 
 A collider is an object with the role of shellwarp, or with Blender's Collision modifier, from which friction and distance
-are read then. Its scale is in its shape, so scale must be constant; its place and turn may move. Of a deforming mesh the
+are read then. An open mesh is solid behind its faces, by a depth. Its scale is in its shape, so scale must be constant; its place and turn may move. Of a deforming mesh the
 vertices are read every frame.
 """
 
@@ -66,6 +66,24 @@ def surface(item):
     return item.shellwarp_collider.friction, item.shellwarp_collider.thickness
 
 
+def depth(item):
+    """How far an open mesh is solid behind its faces, 0 for the library's default: the Collision modifier's inner thickness, or the role's."""
+    theirs = modifier(item)
+    return item.shellwarp_collider.depth if theirs is None else theirs.thickness_inner
+
+
+def is_open(mesh):
+    """Whether a mesh has edges with one face, so that it has no inside."""
+    return len(mesh.loops) != 2 * len(mesh.edges)
+
+
+def is_sheet(item, depsgraph):
+    """Whether a collider is an open mesh that is solid behind its faces."""
+    if item.type != "MESH" or not is_open(seen(item, depsgraph)):
+        return False
+    return kind_of(item, points_of(item, seen(item, depsgraph))) in ("MESH", "DEFORMING")
+
+
 def prepare(obj, depsgraph, package, before=()):
     """All colliders of a shell, those of `before` taken over where nothing changed. Refused names the object."""
     known = {item.digest: item for item in before}
@@ -88,20 +106,21 @@ def prepared(item, depsgraph, package, known):
     points = points @ stretch.T
     settings, kind = item.shellwarp_collider, kind_of(item, points)
     friction, thickness = surface(item)
+    sheet = {"one_sided": True, "depth": depth(item)} if kind in ("MESH", "DEFORMING") and is_open(seen(item, depsgraph)) else {}
     deforms = faces_of(seen(item, depsgraph)) if kind == "DEFORMING" else b""
     key = hashlib.blake2b(deforms or points.astype(numpy.float32).tobytes() + faces.tobytes())
-    key.update(repr((item.name_full, kind, friction, thickness, settings.cells, len(points))).encode())
+    key.update(repr((item.name_full, kind, friction, thickness, settings.cells, len(points), sheet)).encode())
     if kind not in ("HULL", "MESH", "DEFORMING"):
         check_diagonal(stretch)
     digest = key.digest()
     if digest in known:
         return known[digest]
-    shape, middle = make(package.Collider, kind, points, faces, settings.cells, friction, thickness, numpy.linalg.det(stretch) < 0)
+    shape, middle = make(package.Collider, kind, points, faces, settings.cells, friction, thickness, numpy.linalg.det(stretch) < 0, sheet)
     return Prepared(item.name_full, digest, shape, stretch, middle, deforms)
 
 
 def kind_of(item, points):
-    """The chosen shape; “by its mesh” is a plane where the mesh is flat across z, else the closed mesh, deforming where something deforms it."""
+    """The chosen shape; “by its mesh” is a plane where the mesh is flat across z, else the mesh, deforming where something deforms it."""
     kind = item.shellwarp_collider.shape
     if kind != "AUTO":
         if not len(points) and kind != "PLANE":
@@ -124,16 +143,16 @@ def deforms(item):
                                                                                      (keys.animation_data.action or keys.animation_data.drivers))
 
 
-def make(kinds, kind, points, faces, cells, friction, thickness, mirrored):
-    """The library's collider, and where its middle is."""
+def make(kinds, kind, points, faces, cells, friction, thickness, mirrored, sheet):
+    """The library's collider, and where its middle is; `sheet` has the one-sidedness and depth of an open mesh."""
     common, nowhere = {"friction": friction, "thickness": thickness}, numpy.zeros(3)
     if kind == "HULL":
         return kinds.hull(points, **common), nowhere
     faces = faces[:, ::-1] if mirrored else faces
     if kind == "MESH":
-        return kinds.mesh(points, faces, cells=cells, **common), nowhere
+        return kinds.mesh(points, faces, cells=cells, **common, **sheet), nowhere
     if kind == "DEFORMING":
-        return kinds.deforming(points, faces, **common), nowhere
+        return kinds.deforming(points, faces, **common, **sheet), nowhere
     if kind == "PLANE":
         return kinds.plane(**common), (points.mean(axis=0) if len(points) else nowhere)
     low, high = points.min(axis=0), points.max(axis=0)

@@ -224,13 +224,20 @@ class SHELLWARP_PT_collider(bpy.types.Panel):
         layout.prop(settings, "shape")
         if settings.shape == "MESH" or (settings.shape == "AUTO" and not colliders.deforms(obj)):
             layout.prop(settings, "cells")
+        is_sheet = colliders.is_sheet(obj, bpy.context.evaluated_depsgraph_get())
+        if is_sheet:
+            layout.label(text="An open mesh: solid behind its faces, away from their normals", icon="INFO")
         if colliders.modifier(obj) is None:
             layout.prop(settings, "friction")
             layout.prop(settings, "thickness")
+            if is_sheet:
+                layout.prop(settings, "depth")
         else:
             layout.label(text="Friction and thickness: of the Collision modifier", icon="INFO")
             layout.prop(obj.collision, "cloth_friction")
             layout.prop(obj.collision, "thickness_outer")
+            if is_sheet:
+                layout.prop(obj.collision, "thickness_inner", text="Depth")
         if any(item.type == "ARMATURE" for item in obj.modifiers):
             layout.operator("shellwarp.fit_capsules")
 

@@ -88,20 +88,23 @@ class ShellwarpCollider(bpy.types.PropertyGroup):
 
     enabled: BoolProperty(override=OVER, name="Shellwarp Collider", options=NOT_KEYED, description="Shells touch this object")
     shape: EnumProperty(override=OVER, name="Shape", default="AUTO", options=NOT_KEYED, items=[
-        ("AUTO", "By its mesh", "The closed mesh, deforming where an armature, hook or keyed shape keys deform it; a plane where it is flat across its z axis, or "
+        ("AUTO", "By its mesh", "The mesh, deforming where an armature, hook or keyed shape keys deform it; a plane where it is flat across its z axis, or "
          "where there is none"),
         ("PLANE", "Plane", "All below the object's z axis, however large its mesh"),
         ("SPHERE", "Sphere", "As wide as the mesh's longest side"),
         ("BOX", "Box", "The mesh's bounding box"),
         ("CAPSULE", "Capsule", "Along the object's z axis, as long and as wide as the mesh"),
         ("HULL", "Convex hull", "Of the mesh's vertices"),
-        ("MESH", "Closed mesh", "The inside of the mesh, as distances on a grid"),
-        ("DEFORMING", "Deforming mesh", "The inside of a closed mesh whose vertices move by its modifiers and shape keys. Its faces stay")])
+        ("MESH", "Mesh", "The inside of the mesh, as distances on a grid. An open mesh is solid behind its faces"),
+        ("DEFORMING", "Deforming mesh", "The inside of a mesh whose vertices move by its modifiers and shape keys, an open one behind its faces. Its faces stay")])
     cells: IntProperty(override=OVER, name="Cells", default=64, min=4, max=2000, options=NOT_KEYED,
-                       description="Of a closed mesh: cells of its grid along the longest side")
+                       description="Of a mesh: cells of its grid along the longest side")
     friction: FloatProperty(override=OVER, name="Friction", default=0.3, min=0, soft_max=1, options=NOT_KEYED, description="Coulomb's coefficient")
     thickness: FloatProperty(override=OVER, name="Thickness", default=0.0, min=0, subtype="DISTANCE", options=NOT_KEYED,
                              description="How far shells stay off the surface")
+    depth: FloatProperty(override=OVER, name="Depth", default=0.0, min=0, subtype="DISTANCE", options=NOT_KEYED,
+                         description="Of an open mesh: how far it is solid behind its faces, on the side that their normals turn away from. 0: four cells, of a "
+                                     "deforming mesh a 16th of its longest side")
 
 
 class ShellwarpSettings(bpy.types.PropertyGroup):

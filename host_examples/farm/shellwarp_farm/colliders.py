@@ -15,7 +15,8 @@ from .motion import rotation_matrix
 
 # What a kind needs, and what it may have beside what all have.
 KINDS = {"plane": ((), ("normal",)), "sphere": (("radius",), ()), "capsule": (("half_length", "radius"), ()),
-         "box": (("half_extents",), ()), "hull": (("mesh",), ()), "mesh": (("mesh",), ("cells",)), "deforming": (("mesh",), ("motion",))}
+         "box": (("half_extents",), ()), "hull": (("mesh",), ()), "mesh": (("mesh",), ("cells", "one_sided", "depth")),
+         "deforming": (("mesh",), ("motion", "one_sided", "depth"))}
 COMMON = {"kind", "friction", "thickness", "position", "rotate_degrees", "key"}
 KEYS = COMMON | {key for needed, more in KINDS.values() for key in needed + more}
 KEPT = 16  # shapes that a worker keeps prepared
@@ -33,6 +34,10 @@ def check(where, item):
         raise SceneError(f"{where}: a {item['kind']} has no {wrong[0]}")
     if "normal" in item and "rotate_degrees" in item:
         raise SceneError(f"{where}: normal does not go with rotate_degrees")
+    if not isinstance(item.get("one_sided", False), bool):
+        raise SceneError(f"{where}: one_sided is {item['one_sided']!r}, expected true or false")
+    if "depth" in item and not item.get("one_sided"):
+        raise SceneError(f"{where}: depth goes with one_sided = true")
     for key in ("position", "rotate_degrees", "normal", "half_extents"):
         way.check_vector(where, item, key)
     if "normal" in item and not any(item["normal"]):
@@ -107,16 +112,18 @@ def _shape(item):
     numbers = [float(item.get(key, 0)) for key in ("friction", "thickness", "radius", "half_length")]
     facts = os.stat(item["mesh"]) if "mesh" in item and os.path.isfile(item["mesh"]) else None
     stamp = (facts.st_mtime_ns, facts.st_size) if facts else None
-    return _made(item["kind"], *numbers, tuple(item.get("half_extents", ())), item.get("mesh"), stamp, item.get("cells", 0))
+    return _made(item["kind"], *numbers, tuple(item.get("half_extents", ())), item.get("mesh"), stamp, item.get("cells", 0),
+                 item.get("one_sided", False), float(item.get("depth", 0)))
 
 
 @functools.lru_cache(maxsize=KEPT)
-def _made(kind, friction, thickness, radius, half_length, half_extents, mesh, _stamp, cells):
+def _made(kind, friction, thickness, radius, half_length, half_extents, mesh, _stamp, cells, one_sided, depth):
     """A prepared solid; a mesh takes seconds, so that it is kept until its file changes."""
     make, common = shellwarp.Collider, {"friction": friction, "thickness": thickness}
     if mesh is not None:
         positions, triangles = read_mesh(mesh)
-        return {"hull": lambda: make.hull(positions, **common), "mesh": lambda: make.mesh(positions, triangles, cells=cells, **common),
-                "deforming": lambda: make.deforming(positions, triangles, **common)}[kind]()
+        sheet = {"one_sided": one_sided, "depth": depth}
+        return {"hull": lambda: make.hull(positions, **common), "mesh": lambda: make.mesh(positions, triangles, cells=cells, **common, **sheet),
+                "deforming": lambda: make.deforming(positions, triangles, **common, **sheet)}[kind]()
     return {"plane": lambda: make.plane(**common), "sphere": lambda: make.sphere(radius, **common),
             "capsule": lambda: make.capsule(half_length, radius, **common), "box": lambda: make.box(half_extents, **common)}[kind]()

@@ -137,6 +137,18 @@ class Contact(Case):
         self.assertEqual([str(item.message) for item in told if issubclass(item.category, ResourceWarning)], [])
         self.assertEqual([path.suffix for path in (self.folder / "out").rglob("*") if path.is_file()], [".log"])
 
+    def test_an_open_mesh_is_solid_behind_its_triangles_where_it_is_one_sided(self):
+        (self.folder / "ground.obj").write_text(f"v -1 -1 -{TOP}\nv 1 -1 -{TOP}\nv 1 1 -{TOP}\nv -1 1 -{TOP}\nf 1 2 3 4\n")
+        for text in ("", ", cells = 32, depth = 0.2"):
+            with self.subTest(text):
+                record, frames = self.bake(self.jobs(f'{{ kind = "mesh", mesh = "ground.obj", one_sided = true{text} }}')["both"])
+                self.assertGreater(frames[:, :, 2].min(), -1.1 * TOP)
+                self.assertGreater(record["range"]["contact_count"], 0)
+        with self.assertRaisesRegex(SceneError, "collider 1: depth goes with one_sided = true"):
+            self.jobs('{ kind = "mesh", mesh = "ground.obj", depth = 0.1 }')
+        with self.assertRaisesRegex(SceneError, "collider 1: a sphere has no one_sided"):
+            self.jobs('{ kind = "sphere", radius = 1, one_sided = true }')
+
     def test_what_is_no_solid_is_named(self):
         self.assertIn("collider 2, a mesh: the mesh is open", self.failed(self.jobs(f'{BALL}, {{ kind = "mesh", mesh = "card.obj" }}')["one"]))
         self.assertRegex(self.failed(self.jobs('{ kind = "sphere", radius = -1 }')["one"]), "collider 1, a sphere: .*-1")

@@ -115,6 +115,7 @@ SW_COLLIDER_BOX = 4
 SW_COLLIDER_HULL = 5
 SW_COLLIDER_MESH = 6
 SW_COLLIDER_DEFORMING_MESH = 7
+SW_COLLIDER_ONE_SIDED = 2
 SW_COLLIDER_TELEPORT = 1
 SW_FORCES_ONE_STEP = 1
 SW_PART_SHAPE = 1
@@ -529,6 +530,7 @@ class SwColliderDesc(Structure):
         ("mesh", POINTER(SwMeshDesc)),
         ("cells", c_uint32),
         ("reserved2", c_uint32),
+        ("depth", c_double),
     ]
 
 

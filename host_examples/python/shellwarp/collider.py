@@ -17,10 +17,12 @@ class Collider(Handle):
     _destroyer = "sw_collider_destroy"
 
     def __init__(self, kind: int, friction: float = 0.0, thickness: float = 0.0, radius: float = 0.0,
-                 half_length: float = 0.0, half_extents: ArrayLike = (0, 0, 0), shape: "Shell | None" = None, cells: int = 0) -> None:
+                 half_length: float = 0.0, half_extents: ArrayLike = (0, 0, 0), shape: "Shell | None" = None, cells: int = 0, one_sided: bool = False,
+                 depth: float = 0.0) -> None:
         desc = _library.initialised(_abi.SwColliderDesc)
         desc.kind, desc.friction, desc.thickness = kind, friction, thickness
         desc.radius, desc.half_length = radius, half_length
+        desc.flags, desc.depth = _abi.SW_COLLIDER_ONE_SIDED if one_sided else 0, depth
         desc.half_extents[:] = _arrays.numbers_in(half_extents, "half_extents", 3).tolist()
         if shape is not None:
             mesh, _kept = shape.mesh_desc()
@@ -55,14 +57,18 @@ class Collider(Handle):
         return cls(_abi.SW_COLLIDER_HULL, friction, thickness, shape=Shell(points, [[0, 0, 0]]))
 
     @classmethod
-    def mesh(cls, positions: ArrayLike, triangles: ArrayLike, friction: float = 0.0, thickness: float = 0.0, cells: int = 0) -> "Collider":
-        """The inside of a closed mesh (n x 3, m x 3), by distances on a grid of `cells` along its longest side; 0 for 64."""
-        return cls(_abi.SW_COLLIDER_MESH, friction, thickness, shape=Shell(positions, triangles), cells=cells)
+    def mesh(cls, positions: ArrayLike, triangles: ArrayLike, friction: float = 0.0, thickness: float = 0.0, cells: int = 0,
+             one_sided: bool = False, depth: float = 0.0) -> "Collider":
+        """The inside of a closed mesh (n x 3, m x 3), by distances on a grid of `cells` along its longest side; 0 for 64. One that is one-sided may be
+        open: it is solid behind its triangles by `depth`, 0 for four cells."""
+        return cls(_abi.SW_COLLIDER_MESH, friction, thickness, shape=Shell(positions, triangles), cells=cells, one_sided=one_sided, depth=depth)
 
     @classmethod
-    def deforming(cls, positions: ArrayLike, triangles: ArrayLike, friction: float = 0.0, thickness: float = 0.0) -> "Collider":
-        """The inside of a closed mesh (n x 3, m x 3) whose vertices State.deform_collider moves."""
-        return cls(_abi.SW_COLLIDER_DEFORMING_MESH, friction, thickness, shape=Shell(positions, triangles))
+    def deforming(cls, positions: ArrayLike, triangles: ArrayLike, friction: float = 0.0, thickness: float = 0.0, one_sided: bool = False,
+                  depth: float = 0.0) -> "Collider":
+        """The inside of a closed mesh (n x 3, m x 3) whose vertices State.deform_collider moves. One that is one-sided may be open: it is solid behind
+        its triangles by `depth`, 0 for a 16th of its longest side."""
+        return cls(_abi.SW_COLLIDER_DEFORMING_MESH, friction, thickness, shape=Shell(positions, triangles), one_sided=one_sided, depth=depth)
 
     @staticmethod
     def fit_capsule(points: ArrayLike) -> Report:

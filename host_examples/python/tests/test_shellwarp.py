@@ -830,6 +830,21 @@ class Colliders(unittest.TestCase):
         with self.assertRaises(sw.InvalidArgumentError):
             sw.Collider.fit_capsule(numpy.empty((0, 3)))
 
+    def test_an_open_ground_of_two_triangles_holds_the_strip_up(self):
+        corners, triangles = numpy.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], float), [[0, 1, 2], [0, 2, 3]]
+        with self.assertRaisesRegex(sw.ShellwarpError, "the mesh is open.*one-sided"):
+            sw.Collider.mesh(corners, triangles)
+        with self.assertRaisesRegex(sw.InvalidArgumentError, "depth"):
+            sw.Collider.mesh(corners, triangles, depth=0.1)
+        for collider in (sw.Collider.mesh(corners, triangles, one_sided=True), sw.Collider.deforming(corners, triangles, one_sided=True, depth=0.2)):
+            made = model()
+            state = swinging(made)
+            state.set_colliders([sw.Collider.load(collider.save())])
+            state.move_collider(0, [0, 0, -0.05])
+            run(made, 60, state)
+            self.assertGreater(state.positions()[:, 2].min(), -0.0501)
+            self.assertGreater(state.report()["contact_count"], 0)
+
     def test_contact_patches_are_modes_of_their_own(self):
         made = sw.Model(strip.shell())
         made.precompute(modes=4, contact_patches=[60, 90], reduced_fields=0)

@@ -100,6 +100,12 @@ impl Play<'_> {
         desc.friction = if self.input.one_in(2) { self.input.number() } else { 0.4 };
         desc.thickness = if self.input.one_in(4) { self.input.number() } else { 0.0 };
         (desc.mesh, desc.cells) = (&mesh, 4 + self.input.below(8) as u32);
+        if self.input.one_in(2) {
+            desc.flags = SW_COLLIDER_ONE_SIDED;
+            desc.depth = if self.input.one_in(2) { self.input.number() } else { 0.0 };
+            mesh.n_triangles = 1 + self.input.below(12) as u32;
+            desc.mesh = &mesh;
+        }
         let mut made = null_mut();
         if sane(unsafe { sw_collider_create(&desc, &mut made) }) {
             self.colliders.push(Collider(made));

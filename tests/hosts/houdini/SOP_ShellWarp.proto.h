@@ -58,6 +58,8 @@ public:
   int64_t getCollidercells() const { return collidercells_; }
   fpreal getColliderfriction() const { return colliderfriction_; }
   fpreal getColliderthickness() const { return colliderthickness_; }
+  bool getCollideronesided() const { return collideronesided_; }
+  fpreal getColliderdepth() const { return colliderdepth_; }
   UT_Vector3D getCollidert() const { return collidert_; }
   UT_Vector3D getColliderr() const { return colliderr_; }
   fpreal getEnvelope() const { return envelope_; }
@@ -139,6 +141,8 @@ public:
     collidercells_ = static_cast<int64_t>(at(values, "collidercells", "integer").numbers[0]);
     colliderfriction_ = at(values, "colliderfriction", "float").numbers[0];
     colliderthickness_ = at(values, "colliderthickness", "float").numbers[0];
+    collideronesided_ = at(values, "collideronesided", "toggle").numbers[0] != 0;
+    colliderdepth_ = at(values, "colliderdepth", "float").numbers[0];
     collidert_ = vector(at(values, "collidert", "vector"));
     colliderr_ = vector(at(values, "colliderr", "vector"));
     envelope_ = at(values, "envelope", "float").numbers[0];
@@ -232,6 +236,8 @@ private:
   int64_t collidercells_ = 0;
   fpreal colliderfriction_ = 0;
   fpreal colliderthickness_ = 0;
+  bool collideronesided_ = false;
+  fpreal colliderdepth_ = 0;
   UT_Vector3D collidert_;
   UT_Vector3D colliderr_;
   fpreal envelope_ = 0;
