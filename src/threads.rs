@@ -2,16 +2,19 @@
 //! thread exists before the first call with enough work for two; then they wait for the next one, and sleep.
 //!
 //! The caller works with them: items are handed out in shares of about equal work to whoever is free. Work on one state shares only where
-//! nobody else does: inside work on many, or beside another call's, the thread that asks does all of it.
+//! nobody else does: inside work on many, or beside another call's, the thread that asks does all of it. Of long items, the last share with threads
+//! that are done.
 
+mod items;
 mod tasks;
 
+pub use items::{map, parts, share_items};
 pub use tasks::{Tasks, WaitFor, lists};
 
 use crate::{Error, ErrorKind, Result};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::any::Any;
-use std::cell::{Cell, RefCell};
+use std::cell::RefCell;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, LazyLock, Mutex, PoisonError, RwLock, RwLockReadGuard, TryLockError};
@@ -148,24 +151,44 @@ impl<'a, T, W: Fn(&T) -> u64> Queue<'a, T, W> {
     }
 }
 
-thread_local! {
-    /// Whether this thread has a part in work that is shared already.
-    static BUSY: Cell<bool> = const { Cell::new(false) };
+/// Whether a thread has a part in work that is shared already.
+enum Part {
+    None,
+    /// And has nothing to share itself.
+    One,
+    /// One of so many that still work: what the others leave idle once they are done, it may share.
+    Among(Arc<AtomicUsize>),
 }
 
-/// This thread has a part in shared work as long as this lives.
-struct Busy(bool);
+thread_local! {
+    static PART: RefCell<Part> = const { RefCell::new(Part::None) };
+}
+
+/// This thread has a part as long as this lives.
+struct Busy(Part);
 
 impl Busy {
-    fn new() -> Self {
-        Self(BUSY.replace(true))
+    fn new(part: Part) -> Self {
+        Self(PART.replace(part))
     }
 }
 
 impl Drop for Busy {
     fn drop(&mut self) {
-        BUSY.set(self.0);
+        if let Part::Among(crew) = PART.replace(std::mem::replace(&mut self.0, Part::None)) {
+            crew.fetch_sub(1, Ordering::SeqCst);
+        }
     }
+}
+
+/// How many threads this one may share its work with, itself included.
+fn idle() -> usize {
+    let count = || THREADS.read().unwrap_or_else(PoisonError::into_inner).count();
+    PART.with_borrow(|part| match part {
+        Part::None => count(),
+        Part::One => 1,
+        Part::Among(crew) => (count() + 1).saturating_sub(crew.load(Ordering::SeqCst)),
+    })
 }
 
 /// Held by the call whose work on one state the pool shares.
@@ -236,7 +259,7 @@ impl Drop for Fallen<'_> {
 }
 
 /// Calls `body` once on every item, each long work, on at most so many threads. Each thread has what `make` makes for it. None is of the
-/// pool, which steps of other states must find free. `watch` hears on the caller's thread how many items are done, and may stop all with
+/// pool, which steps of other states must find free; the last items may share what they do with threads that are done. `watch` hears on the caller's thread how many items are done, and may stop all with
 /// an error. A panic on any of the threads ends all, and is the caller's.
 pub fn for_each_long<T: Send, W>(
     items: &mut [T],
@@ -258,11 +281,11 @@ pub fn for_each_long<T: Send, W>(
     };
     let count = THREADS.read().unwrap_or_else(PoisonError::into_inner).count();
     let workers = count.min(most).min(n_items).max(1) - 1;
-    let busy = (workers > 0).then(Busy::new);
+    let crew = Arc::new(AtomicUsize::new(workers + 1));
     std::thread::scope(|scope| {
         for k in 0..workers {
             let alone = || {
-                let _busy = Busy::new();
+                let _busy = Busy::new(Part::Among(crew.clone()));
                 let worked = catch_unwind(AssertUnwindSafe(|| work(&mut || outcome.go_on())));
                 match worked {
                     Ok(worked) => worked.unwrap_or_else(|error| outcome.fail(error)),
@@ -276,14 +299,15 @@ pub fn for_each_long<T: Send, W>(
         }
         let _fallen = Fallen(&outcome);
         let mut hear = || outcome.go_on().and_then(|()| watch(outcome.done.load(Ordering::SeqCst)));
+        let busy = Busy::new(Part::Among(crew.clone()));
         let mut worked = work(&mut hear);
+        drop(busy);
         while worked.is_ok() && outcome.done.load(Ordering::SeqCst) < n_items {
             std::thread::sleep(BREATH);
             worked = hear();
         }
         worked.unwrap_or_else(|error| outcome.fail(error));
     });
-    drop(busy);
     outcome.raise();
     outcome.error.into_inner().unwrap_or_else(PoisonError::into_inner).map_or(Ok(()), Err)
 }
@@ -304,7 +328,7 @@ pub fn for_each<T: Send>(items: &mut [T], nanoseconds: impl Fn(&T) -> u64 + Send
     let share = (total / (SHARES * (workers as u64 + 1))).max(LEAST_SHARE);
     let queue = Mutex::new(Queue { rest: items, nanoseconds, share });
     let work = || {
-        let _busy = Busy::new();
+        let _busy = Busy::new(Part::One);
         loop {
             let taken = queue.lock().unwrap_or_else(PoisonError::into_inner).take();
             if taken.is_empty() {
@@ -322,10 +346,7 @@ pub fn for_each<T: Send>(items: &mut [T], nanoseconds: impl Fn(&T) -> u64 + Send
 /// How many threads would share work of so many nanoseconds now, the caller included.
 pub fn sharers(nanoseconds: u64) -> usize {
     let pays = usize::try_from(nanoseconds / WORTHWHILE).unwrap_or(usize::MAX);
-    if pays < 2 || BUSY.get() {
-        return 1;
-    }
-    THREADS.read().unwrap_or_else(PoisonError::into_inner).count().min(pays)
+    if pays < 2 { 1 } else { idle().min(pays).max(1) }
 }
 
 /// Calls `body` on this thread and on as many others as pays for work of so many nanoseconds, at once, and returns when all have. Each is told how many
@@ -351,25 +372,13 @@ pub fn share(nanoseconds: u64, body: impl Fn(usize) + Sync) {
     pool.in_place_scope(|scope| {
         for _ in 0..workers {
             scope.spawn(|_| {
-                let _busy = Busy::new();
+                let _busy = Busy::new(Part::One);
                 catch_unwind(AssertUnwindSafe(|| body(workers + 1))).unwrap_or_else(|payload| outcome.fall(payload));
             });
         }
-        let _busy = Busy::new();
+        let _busy = Busy::new(Part::One);
         body(workers + 1);
     });
     drop(shared);
     outcome.raise();
-}
-
-/// Calls `body` once on every item, on as many threads as pays for work of so many nanoseconds in all.
-pub fn share_items<T: Send>(items: &mut [T], nanoseconds: u64, body: impl Fn(&mut T) + Sync) {
-    let queue = Mutex::new(items.iter_mut());
-    share(nanoseconds, |_| {
-        loop {
-            let next = queue.lock().unwrap_or_else(PoisonError::into_inner).next();
-            let Some(item) = next else { return };
-            body(item);
-        }
-    });
 }

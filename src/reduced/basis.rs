@@ -13,9 +13,10 @@
 
 use crate::energy::Curvature;
 use crate::modes::{ScaledStiffness, symmetric_eigen};
-use crate::{Error, ErrorKind, Result, Shell, Vec3};
-use faer::Mat;
+use crate::{Error, ErrorKind, Result, Shell, Vec3, threads};
+use faer::linalg::matmul::triangular::{BlockStructure, matmul};
 use faer::prelude::*;
+use faer::{Accum, Mat, Par};
 
 /// The step of a mode for the difference of Hessians turns no edge by more than this, rad. Its error is the square of it; rounding
 /// adds 1e-16 over it.
@@ -127,6 +128,29 @@ fn steepest(shell: &Shell, field: &[Vec3]) -> f64 {
     shell.mesh.edges.iter().map(slope).fold(f64::MIN_POSITIVE, f64::max)
 }
 
+/// Rows whose products a thread sums, at least; and nanoseconds that a multiplication takes, about.
+const ROWS: usize = 2048;
+const MULTIPLICATION: f64 = 0.05;
+
+/// YᵀY.
+fn gram(y: &Mat<f64>) -> Mat<f64> {
+    let (rows, n) = y.shape();
+    let firsts: Vec<usize> = (0..rows).step_by(ROWS).collect();
+    let work = 0.5 * MULTIPLICATION * (rows * n * n) as f64;
+    let (lower, whole) = (BlockStructure::TriangularLower, BlockStructure::Rectangular);
+    let sums = threads::map(&threads::parts(&firsts, 1), work as u64, |part| {
+        let mut sum = Mat::zeros(n, n);
+        for first in part.iter() {
+            let some = y.subrows(*first, ROWS.min(rows - first));
+            matmul(sum.as_mut(), lower, Accum::Add, some.transpose(), whole, some, whole, 1.0, Par::Seq);
+        }
+        sum
+    });
+    let mut sum = Mat::<f64>::zeros(n, n);
+    sums.iter().for_each(|part| sum += part);
+    Mat::from_fn(n, n, |i, j| sum[(i.max(j), i.min(j))])
+}
+
 /// Appends to the orthonormal columns `basis` up to `wanted` orthonormal directions that hold most of `candidates`.
 pub fn extend(basis: &mut Mat<f64>, candidates: Mat<f64>, wanted: usize) -> Result<()> {
     extend_by(basis, candidates, (wanted, LEAST_PART))
@@ -139,8 +163,7 @@ pub fn extend_by(basis: &mut Mat<f64>, mut candidates: Mat<f64>, (wanted, least)
         let inside = basis.transpose() * &candidates;
         candidates -= &*basis * inside;
     }
-    let gram = candidates.transpose() * &candidates;
-    let (values, vectors) = symmetric_eigen(gram.as_ref())?;
+    let (values, vectors) = symmetric_eigen(gram(&candidates).as_ref())?;
     for k in (0..values.len()).rev().take(wanted) {
         if values[k] <= (least * largest).powi(2) {
             break;

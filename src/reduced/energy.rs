@@ -244,6 +244,11 @@ impl ReducedEnergy {
         self.membrane
     }
 
+    /// Coordinates, and zeros up to a multiple of the widest register's numbers.
+    pub fn stride(&self) -> usize {
+        self.stride
+    }
+
     /// Stress fields, and zeros up to a multiple of the widest register's numbers.
     pub fn n_stresses(&self) -> usize {
         self.n_stresses
@@ -476,16 +481,11 @@ impl ReducedEnergy {
         });
     }
 
-    /// Hands Bᵀ∇E of each element at x̄ + Bq and its strain to `visit`, in order.
-    pub fn visit_forces(&self, q: &[f64], scratch: &mut Scratch, mut visit: impl FnMut(usize, &[f64], f64)) {
+    /// Of each element at x̄ + Bq.
+    pub fn forces<'a>(&'a self, q: &[f64], scratch: &'a mut Scratch) -> Forces<'a> {
         let room = scratch.sampled();
         self.place(q, room);
-        let Room { strain, strain_rows, stress, sum, .. } = room;
-        for (e, ((vertices, k), row)) in self.elements.iter().zip(&*strain_rows).enumerate() {
-            products::project_row(&self.rows, (vertices, &row[..*k]), sum);
-            sum.iter_mut().for_each(|sum| *sum *= stress[e]);
-            visit(e, &sum[..self.n], strain[e]);
-        }
+        Forces { energy: self, room }
     }
 
     /// A share of the width of what its elements touch.
@@ -507,6 +507,22 @@ impl ReducedEnergy {
         let (mut stress, mut resultants) = (vec![0.0; strain.len()], vec![0.0; self.n_stresses]);
         self.resist(strain, &mut stress, &mut resultants);
         stress
+    }
+}
+
+/// Bᵀ∇E of each element somewhere, and its strain.
+pub struct Forces<'a> {
+    energy: &'a ReducedEnergy,
+    room: &'a Room,
+}
+
+impl Forces<'_> {
+    /// Writes the force of an element to `out` (n, and zeros up to a multiple of [`products::WIDTH`]); its strain.
+    pub fn of(&self, element: usize, out: &mut [f64]) -> f64 {
+        let (vertices, k) = &self.energy.elements[element];
+        products::project_row(&self.energy.rows, (vertices, &self.room.strain_rows[element][..*k]), out);
+        out.iter_mut().for_each(|out| *out *= self.room.stress[element]);
+        self.room.strain[element]
     }
 }
 

@@ -14,9 +14,10 @@
 
 mod nonnegative;
 
-use super::energy::ReducedEnergy;
-use crate::{Error, ErrorKind, Result, Shell, Vec3};
-use faer::Mat;
+use super::energy::{Forces, ReducedEnergy};
+use crate::{Error, ErrorKind, Result, Shell, Vec3, threads};
+use faer::linalg::triangular_solve::{solve_lower_triangular_in_place, solve_upper_triangular_in_place};
+use faer::{Mat, MatMut, MatRef, Par};
 use nalgebra::{Cholesky, DMatrix, DVector};
 use nonnegative::nonnegative;
 
@@ -30,17 +31,10 @@ const MODE: f64 = 5.0;
 /// Of the shell's width, how far differences move it: their error is about the square of what that turns, rounding 1e-16 over it.
 const STEP: f64 = 1e-6;
 
-/// Of an element, Bᵀ∇E_e and its strain.
-type Forced = (DVector<f64>, f64);
-
-/// Of every element of `all` at `q`.
-fn forces_at(all: &ReducedEnergy, q: &[f64]) -> Vec<Forced> {
-    let mut forces = Vec::with_capacity(all.n_elements());
-    all.visit_forces(q, &mut all.scratch(), |_, force, strain| {
-        forces.push((DVector::from_column_slice(force), strain));
-    });
-    forces
-}
+/// Elements that a thread takes at once.
+const PART: usize = 512;
+/// Nanoseconds that an element's force takes, about.
+const FORCE: u64 = 800;
 
 /// Weights of all elements (in the order of the rest rows), at most `wanted` of them not 0, that reproduce the forces of `all` at
 /// `poses` and its rest stiffness as well as can be, or to `tolerance`; and what they leave of these, relative. `stiffness` is that at
@@ -60,15 +54,17 @@ pub fn sample(
     let picked: Vec<usize> = (0..candidates).map(|k| k * n_elements / candidates).collect();
     let mut column = vec![usize::MAX; all.n_elements()];
     picked.iter().enumerate().for_each(|(c, &e)| column[e] = c);
-    let (a, b) = (Mat::zeros(rows, picked.len()), DVector::zeros(rows));
-    let rest = if all.is_stressed() { forces_at(all, &vec![0.0; all.n()]) } else { vec![] };
-    let mut system = System { all, n_elements, rest, lower, column, a, b };
-    poses.iter().enumerate().for_each(|(k, pose)| system.add_pose(k, pose));
+    let blocks = poses.len() + PROBES + modes;
+    let lower = Mat::from_fn(all.n(), all.n(), |i, j| lower[(i, j)]);
+    let (a, b, scales) = (vec![0.0; rows * picked.len()], DVector::zeros(rows), vec![1.0; blocks]);
+    let mut system = System { all, n_elements, lower, column, a, b, scales };
+    system.add_poses(poses);
     let probes = system.probes(stiffness, modes);
     match all.is_stressed() {
         true => system.add_stressed_probes(&probes, poses.len()),
         false => system.add_probes(shell, &probes, poses.len()),
     }
+    system.scale();
     // Every pose, random vector and mode alike.
     let heavy = system.block() * (poses.len() + PROBES);
     let left = |residual: &DVector<f64>| {
@@ -76,7 +72,8 @@ pub fn sample(
         (own.norm_squared() + modes.norm_squared() / (MODE * MODE)).sqrt()
     };
     let whole = left(&system.b).max(f64::MIN_POSITIVE);
-    let (solution, residual) = nonnegative(&system.a, &system.b, wanted, |residual, share| {
+    let a = MatRef::from_column_major_slice(&system.a, rows, picked.len());
+    let (solution, residual) = nonnegative(a, &system.b, wanted, |residual, share| {
         watch(share)?;
         Ok(left(residual) <= tolerance * whole)
     })?;
@@ -92,13 +89,23 @@ struct System<'a> {
     all: &'a ReducedEnergy,
     /// Those that samples stand for, the first.
     n_elements: usize,
-    /// Force and strain of each element where the shell rests under stress, else none.
-    rest: Vec<Forced>,
-    lower: DMatrix<f64>,
+    /// L.
+    lower: Mat<f64>,
     /// Of each element in A, if any.
     column: Vec<usize>,
-    a: Mat<f64>,
+    /// Columns of A, one behind the other.
+    a: Vec<f64>,
     b: DVector<f64>,
+    /// What each block is yet to be multiplied by.
+    scales: Vec<f64>,
+}
+
+/// Some elements, their columns of A, and what they add to a block of b.
+struct Part<'a> {
+    first: usize,
+    last: usize,
+    columns: &'a mut [f64],
+    sum: Vec<f64>,
 }
 
 impl System<'_> {
@@ -106,52 +113,72 @@ impl System<'_> {
         self.all.n() + self.all.n_stresses()
     }
 
-    /// Puts numbers of element `e` in A from `row` on.
-    fn put(&mut self, row: usize, e: usize, numbers: impl Iterator<Item = f64>) {
-        let column = self.column[e];
-        if column != usize::MAX {
-            numbers.enumerate().for_each(|(k, x)| self.a[(row + k, column)] = x);
+    /// Fills the `k`-th block with the elements' forces, which `force` writes (n, and zeros up to the stride), and strains, which it gives back.
+    fn add(&mut self, k: usize, force: impl Fn(usize, &mut [f64]) -> f64 + Sync) {
+        let (all, n, block, rows) = (self.all, self.all.n(), self.block(), self.b.len());
+        let Self { lower, column, n_elements, .. } = self;
+        let (lower, column): (&Mat<f64>, &[usize]) = (lower, column);
+        let (mut parts, mut rest) = (vec![], &mut self.a[..]);
+        for first in (0..*n_elements).step_by(PART) {
+            let last = (first + PART).min(*n_elements);
+            let count = column[first..last].iter().filter(|column| **column != usize::MAX).count();
+            let (columns, others) = std::mem::take(&mut rest).split_at_mut(count * rows);
+            rest = others;
+            parts.push(Part { first, last, columns, sum: vec![0.0; block] });
         }
-    }
-
-    /// Adds S_e ε_e from `row` on.
-    fn add_along(&mut self, row: usize, e: usize, strain: f64) {
-        let all = self.all;
-        if e < all.n_membrane() {
-            all.stress_row(e).iter().enumerate().for_each(|(k, s)| self.b[row + k] += s * strain);
-            self.put(row, e, all.stress_row(e).iter().map(|s| s * strain));
-        }
-    }
-
-    /// Fills the `k`-th block with the forces at a pose, scaled to a total of 1.
-    fn add_pose(&mut self, k: usize, pose: &[f64]) {
-        let (all, n, block) = (self.all, self.all.n(), self.block());
-        let first = k * block;
-        let mut sum = DVector::<f64>::zeros(n);
-        all.visit_forces(pose, &mut all.scratch(), |e, force, strain| {
-            if e >= self.n_elements {
-                return;
+        threads::share_items(&mut parts, FORCE * *n_elements as u64, |part| {
+            let (mut row, mut own) = (vec![0.0; all.stride()], vec![0.0; block]);
+            let mut columns = part.columns.chunks_exact_mut(rows);
+            for e in part.first..part.last {
+                let strain = force(e, &mut row);
+                own[..n].copy_from_slice(&row[..n]);
+                let along = if e < all.n_membrane() { all.stress_row(e) } else { &[] };
+                own[n..].fill(0.0);
+                own[n..].iter_mut().zip(along).for_each(|(out, s)| *out = s * strain);
+                part.sum.iter_mut().zip(&own).for_each(|(sum, x)| *sum += x);
+                if column[e] != usize::MAX {
+                    let Some(out) = columns.next() else { return };
+                    out[k * block..][..block].copy_from_slice(&own);
+                }
             }
-            let mut force = DVector::from_column_slice(force);
-            let mut strain = strain;
-            if let Some((rest, at_rest)) = self.rest.get(e) {
-                force -= rest;
-                strain -= at_rest;
-            }
-            sum += &force;
-            self.add_along(first + n, e, strain);
-            if self.column[e] != usize::MAX {
-                let white = self.lower.solve_lower_triangular(&force).unwrap_or_default();
-                self.put(first, e, white.iter().copied());
-            }
+            let count = part.columns.len() / rows;
+            let columns = MatMut::from_column_major_slice_mut(part.columns, rows, count);
+            solve_lower_triangular_in_place(lower.as_ref(), columns.submatrix_mut(k * block, 0, n, count), Par::Seq);
         });
-        let white = self.lower.solve_lower_triangular(&sum).unwrap_or_default();
-        let scale = 1.0 / white.norm().max(f64::MIN_POSITIVE);
-        self.b.rows_mut(first, n).copy_from(&white);
-        self.b.rows_mut(first, block).scale_mut(scale);
-        for c in 0..self.a.ncols() {
-            (first..first + block).for_each(|row| self.a[(row, c)] *= scale);
+        let own = &mut self.b.as_mut_slice()[k * block..][..block];
+        parts.iter().for_each(|part| own.iter_mut().zip(&part.sum).for_each(|(sum, x)| *sum += x));
+        let forces = MatMut::from_column_major_slice_mut(&mut own[..n], n, 1);
+        solve_lower_triangular_in_place(self.lower.as_ref(), forces, Par::Seq);
+    }
+
+    /// Fills the first blocks with the forces at poses, each scaled to a total of 1. Where the shell rests under stress, by what they differ from those.
+    fn add_poses(&mut self, poses: &[Vec<f64>]) {
+        let (all, n) = (self.all, self.all.n());
+        let [mut scratch, mut at_rest] = [all.scratch(), all.scratch()];
+        let rest = all.is_stressed().then(|| all.forces(&vec![0.0; n], &mut at_rest));
+        for (k, pose) in poses.iter().enumerate() {
+            let forces = all.forces(pose, &mut scratch);
+            self.add(k, |e, out| {
+                let strain = forces.of(e, out);
+                rest.as_ref().map_or(strain, |rest| strain - less(rest, e, out))
+            });
+            let total = self.b.rows(k * self.block(), n).norm();
+            self.scales[k] = 1.0 / total.max(f64::MIN_POSITIVE);
         }
+    }
+
+    /// Multiplies every block by its scale.
+    fn scale(&mut self) {
+        let (block, rows, scales) = (self.block(), self.b.len(), &self.scales);
+        let scaled = |column: &mut [f64]| {
+            for (numbers, scale) in column.chunks_exact_mut(block).zip(scales).filter(|(_, scale)| **scale != 1.0) {
+                numbers.iter_mut().for_each(|x| *x *= scale);
+            }
+        };
+        let work = self.a.len() as u64 / 3;
+        let mut parts: Vec<&mut [f64]> = self.a.chunks_mut((PART * rows).max(1)).collect();
+        threads::share_items(&mut parts, work, |part| part.chunks_exact_mut(rows).for_each(scaled));
+        scaled(self.b.as_mut_slice());
     }
 
     /// Random vectors, and modes.
@@ -161,7 +188,7 @@ impl System<'_> {
         let scale = (1.0 / n as f64).sqrt();
         let mut probes: Vec<DVector<f64>> = (0..PROBES)
             .map(|_| DVector::from_fn(n, |_, _| scale * random.next()))
-            .map(|probe| self.lower.tr_solve_lower_triangular(&probe).unwrap_or_default())
+            .map(|probe| self.transposed(probe))
             .collect();
         probes.extend((0..modes).map(|k| {
             let amplitude = MODE / stiffness[(k, k)].sqrt();
@@ -170,47 +197,55 @@ impl System<'_> {
         probes
     }
 
+    /// L⁻ᵀx.
+    fn transposed(&self, mut x: DVector<f64>) -> DVector<f64> {
+        let n = x.len();
+        let column = MatMut::from_column_major_slice_mut(x.as_mut_slice(), n, 1);
+        solve_upper_triangular_in_place(self.lower.transpose(), column, Par::Seq);
+        x
+    }
+
     /// Fills the blocks from the `first` on with the forces of rest stiffness on the probes, by differences.
     fn add_stressed_probes(&mut self, probes: &[DVector<f64>], first: usize) {
-        let (all, n, block) = (self.all, self.all.n(), self.block());
+        let all = self.all;
+        let [mut above, mut below] = [all.scratch(), all.scratch()];
         for (p, probe) in probes.iter().enumerate() {
-            let row = (first + p) * block;
             let step = all.length(STEP) / all.reach(probe.as_slice()).max(f64::MIN_POSITIVE);
-            let [plus, minus] = [step, -step].map(|step| forces_at(all, (step * probe).as_slice()));
-            for (e, ((plus, strained), (minus, relieved))) in
-                plus.into_iter().zip(minus).enumerate().take(self.n_elements)
-            {
-                let force = (plus - minus) / (2.0 * step);
-                let white = self.lower.solve_lower_triangular(&force).unwrap_or_default();
-                (0..n).for_each(|k| self.b[row + k] += white[k]);
-                self.put(row, e, white.iter().copied());
-                self.add_along(row + n, e, (strained - relieved) / (2.0 * step));
-            }
+            let plus = all.forces((step * probe).as_slice(), &mut above);
+            let minus = all.forces((-step * probe).as_slice(), &mut below);
+            self.add(first + p, |e, out| {
+                let strained = plus.of(e, out);
+                let relieved = less(&minus, e, out);
+                out.iter_mut().for_each(|out| *out /= 2.0 * step);
+                (strained - relieved) / (2.0 * step)
+            });
         }
     }
 
     /// Fills the blocks from the `first` on with the forces of rest stiffness on the probes.
     fn add_probes(&mut self, shell: &Shell, probes: &[DVector<f64>], first: usize) {
-        let (all, n, block) = (self.all, self.all.n(), self.block());
-        let mut strains = vec![vec![0.0; all.n_elements()]; probes.len()];
-        all.visit_rest_rows(shell, |e, row| {
-            let row = DVector::from_column_slice(row);
-            strains.iter_mut().zip(probes).for_each(|(strain, probe)| strain[e] = row.dot(probe));
-        });
-        let stresses: Vec<Vec<f64>> = strains.iter().map(|strain| all.stress_of(strain)).collect();
-        all.visit_rest_rows(shell, |e, row| {
-            if e >= self.n_elements {
-                return;
-            }
-            let white = self.lower.solve_lower_triangular(&DVector::from_column_slice(row)).unwrap_or_default();
-            for (p, (stress, strain)) in stresses.iter().zip(&strains).enumerate() {
-                let row = (first + p) * block;
-                (0..n).for_each(|k| self.b[row + k] += stress[e] * white[k]);
-                self.put(row, e, white.iter().map(|white| stress[e] * white));
-                self.add_along(row + n, e, strain[e]);
-            }
-        });
+        let (all, n) = (self.all, self.all.n());
+        let mut rest_rows = Vec::with_capacity(n * all.n_elements());
+        all.visit_rest_rows(shell, |_, row| rest_rows.extend_from_slice(row));
+        let rest_rows: Vec<&[f64]> = rest_rows.chunks_exact(n).collect();
+        for (p, probe) in probes.iter().enumerate() {
+            let dot = |row: &&[f64]| row.iter().zip(probe.iter()).map(|(a, b)| a * b).sum();
+            let strain: Vec<f64> = rest_rows.iter().map(dot).collect();
+            let stress = all.stress_of(&strain);
+            self.add(first + p, |e, out| {
+                out.iter_mut().zip(rest_rows[e]).for_each(|(out, x)| *out = stress[e] * x);
+                strain[e]
+            });
+        }
     }
+}
+
+/// Takes the force of an element from `force`; its strain.
+fn less(forces: &Forces, element: usize, force: &mut [f64]) -> f64 {
+    let mut own = vec![0.0; force.len()];
+    let strain = forces.of(element, &mut own);
+    force.iter_mut().zip(&own).for_each(|(force, own)| *force -= own);
+    strain
 }
 
 /// Reproducible numbers in (−1, 1).

@@ -8,6 +8,7 @@ use super::polynomial::{Gate, PolynomialEnergy};
 use super::{Assumed, Elastic, LEAST_SHARE, Newton, Options, Potential, ReducedEnergy, Stop, basis, sampling, stress};
 use crate::modes::Modes;
 use crate::reference::FreeMotions;
+use crate::threads::for_each_long;
 use crate::{Error, ErrorKind, Result, Shell, Vec3};
 pub(super) use equilibria::TrainingPose;
 use faer::Mat;
@@ -119,6 +120,8 @@ const POSE: Stop = Stop { tolerance: 1e-2, iterations: 40, led: false, near: fal
 const TRIED: Stop = Stop { iterations: 12, ..POSE };
 /// When one ends that an energy is judged by.
 const JUDGED: Stop = Stop { tolerance: 1e-4, ..POSE };
+/// Searches at once.
+const MOST_SEARCHES: usize = 16;
 /// Gravity to train under, at most, of that which bends the shell by [`BEND`] to first order: a metre of thin silk is at 1e7.
 const MOST_GRAVITY: f64 = 1e12;
 /// Largest displacement of the first mode, in model sizes.
@@ -309,16 +312,19 @@ impl TrainingLoads {
         for (s, membrane_share) in MEMBRANE_SHARES.into_iter().enumerate() {
             assumed.membrane_share = membrane_share;
             let energy = thinned(shell, &columns, &assumed);
-            let mut newton = Newton::new(&energy);
-            let mut errors = vec![];
-            for (k, pose) in tried.iter().enumerate() {
-                watch((s as f64 + k as f64 / tried.len() as f64) / MEMBRANE_SHARES.len() as f64)?;
-                let exact = projected(shell, &columns, &pose.displacement);
-                let (mut q, force) = (exact.clone(), sampling::project(&columns, &self.borne(shell, &loads, pose)));
-                newton.minimize(&energy, &Potential::of_load(&force), &mut q, TRIED);
-                let way: Vec<f64> = q.iter().zip(&exact).map(|(q, exact)| q - exact).collect();
-                errors.push(size(&way) / size(&exact).max(f64::MIN_POSITIVE));
-            }
+            let hear = &mut |share| watch((s as f64 + share) / MEMBRANE_SHARES.len() as f64);
+            let mut errors = each(
+                &tried,
+                hear,
+                || Newton::new(&energy),
+                |newton, pose| {
+                    let exact = projected(shell, &columns, &pose.displacement);
+                    let (mut q, force) = (exact.clone(), sampling::project(&columns, &self.borne(shell, &loads, pose)));
+                    newton.minimize(&energy, &Potential::of_load(&force), &mut q, TRIED);
+                    let way: Vec<f64> = q.iter().zip(&exact).map(|(q, exact)| q - exact).collect();
+                    size(&way) / size(&exact).max(f64::MIN_POSITIVE)
+                },
+            )?;
             errors.sort_by(f64::total_cmp);
             let median = errors[errors.len() / 2];
             if median < best.0 {
@@ -336,25 +342,24 @@ impl TrainingLoads {
         watch: &mut dyn FnMut(f64) -> Result<()>,
     ) -> Result<Gate> {
         let loads = self.loads(shell);
-        let (mut newtons, mut scratch) = ([Newton::new(polynomial), Newton::new(sampled)], polynomial.scratch());
-        let (mut tried, mut strain) = (vec![], 0.0f64);
-        let under_load = |pose: &&TrainingPose| pose.whole && !pose.led;
-        for (k, pose) in trained.iter().filter(under_load).enumerate() {
-            watch(k as f64 / trained.len() as f64)?;
+        let under_load: Vec<&TrainingPose> = trained.iter().filter(|pose| pose.whole && !pose.led).collect();
+        let room = || ([Newton::new(polynomial), Newton::new(sampled)], polynomial.scratch());
+        let tried = each(&under_load, watch, room, |(newtons, scratch), pose| {
             let exact = projected(shell, columns, &pose.displacement);
             let force = sampling::project(columns, &self.borne(shell, &loads, pose));
             let energies: [&dyn Elastic; 2] = [polynomial, sampled];
             let size = norm_squared(&exact).sqrt();
             let mut one = [size, 0.0, 0.0];
-            for ((energy, newton), error) in energies.into_iter().zip(&mut newtons).zip(&mut one[1..]) {
+            for ((energy, newton), error) in energies.into_iter().zip(newtons).zip(&mut one[1..]) {
                 let mut q = exact.clone();
                 newton.minimize(energy, &Potential::of_load(&force), &mut q, JUDGED);
                 let way: f64 = q.iter().zip(&exact).map(|(q, exact)| (q - exact).powi(2)).sum();
                 *error = way.sqrt() / size.max(f64::MIN_POSITIVE);
             }
-            tried.push(one);
-            strain = strain.max(polynomial.membrane(&exact, &mut scratch).sqrt());
-        }
+            (one, polynomial.membrane(&exact, scratch).sqrt())
+        })?;
+        let strain = tried.iter().map(|(_, strain)| *strain).fold(0.0, f64::max);
+        let tried = tried.into_iter().map(|(one, _)| one).collect();
         Ok(Gate { strain, ..Gate::of(tried) })
     }
 
@@ -378,27 +383,50 @@ impl TrainingLoads {
     ) -> Result<Vec<Vec<f64>>> {
         let all = &thinned(shell, columns, assumed);
         let loads = self.loads(shell);
-        let full_strength = loads.len() / 2;
-        let mut newton = Newton::new(all);
-        let mut poses = vec![];
-        for (k, load) in loads[..full_strength].iter().enumerate() {
-            watch(k as f64 / full_strength as f64)?;
-            if self.lead(k, loads.len()).is_some() {
-                let led = trained.iter().filter(|pose| pose.load == k);
-                poses.extend(led.map(|pose| projected(shell, columns, &pose.displacement)));
-                continue;
-            }
-            let mut load = Cow::from(load);
-            if let Some(free) = &self.free {
-                free.balance(shell, &shell.mesh.positions, load.to_mut());
-            }
-            let load = sampling::project(columns, &load);
-            let mut q = vec![0.0; all.n()];
-            newton.minimize(all, &Potential::of_load(&load), &mut q, POSE);
-            poses.push(q);
-        }
-        Ok(poses)
+        let full_strength: Vec<usize> = (0..loads.len() / 2).collect();
+        let poses = each(
+            &full_strength,
+            watch,
+            || Newton::new(all),
+            |newton, k| {
+                if self.lead(*k, loads.len()).is_some() {
+                    let led = trained.iter().filter(|pose| pose.load == *k);
+                    return led.map(|pose| projected(shell, columns, &pose.displacement)).collect();
+                }
+                let mut load = Cow::from(&loads[*k]);
+                if let Some(free) = &self.free {
+                    free.balance(shell, &shell.mesh.positions, load.to_mut());
+                }
+                let load = sampling::project(columns, &load);
+                let mut q = vec![0.0; all.n()];
+                newton.minimize(all, &Potential::of_load(&load), &mut q, POSE);
+                vec![q]
+            },
+        )?;
+        Ok(poses.into_iter().flatten().collect())
     }
+}
+
+/// What `find` makes of each item, in their order, on several threads, each with room of its own. `watch` hears the share that is done.
+fn each<T: Sync, R: Send, W>(
+    items: &[T],
+    watch: &mut dyn FnMut(f64) -> Result<()>,
+    room: impl Fn() -> W + Sync,
+    find: impl Fn(&mut W, &T) -> R + Sync,
+) -> Result<Vec<R>> {
+    let mut made: Vec<(&T, Option<R>)> = items.iter().map(|item| (item, None)).collect();
+    for_each_long(
+        &mut made,
+        MOST_SEARCHES,
+        || Ok(room()),
+        |room, (item, made), go_on| {
+            go_on()?;
+            *made = Some(find(room, item));
+            Ok(())
+        },
+        &mut |done| watch(done as f64 / items.len() as f64),
+    )?;
+    Ok(made.into_iter().filter_map(|(_, made)| made).collect())
 }
 
 fn added(a: &[Vec3], b: &[Vec3]) -> Vec<Vec3> {

@@ -21,10 +21,10 @@
 //! constant would not. Its Hessian H at rest misses that of the angles, Σ bbᵀ; ½ yᵀDy with D = N⁺ (Σ bbᵀ − H) N⁺ᵀ makes up for it, where
 //! the columns of N are ∇y of the edges, and of the diagonal c–d where an edge is folded.
 
-use super::pairs::{Rows, symmetric};
+use super::pairs::{MULTIPLICATION, Rows, add_lower, symmetric};
 use crate::energy::{Fold, angle_gradient, dihedral_angle};
 use crate::mesh::NONE;
-use crate::{Mesh, Vec3};
+use crate::{Mesh, Vec3, threads};
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
 use nalgebra::{DMatrix, DVector};
@@ -71,7 +71,9 @@ fn sorted([a, b]: [u32; 2]) -> [u32; 2] {
 pub struct Bend {
     /// [`NONE`] for one that stays.
     vertices: Vec<u32>,
-    /// Numbers of its pairs; none of those with a corner that stays, which gain nothing.
+    /// By pair, which corners it joins.
+    ends: Vec<[usize; 2]>,
+    /// Numbers of its pairs once it is [numbered](Bend::number); none of those with a corner that stays, which gain nothing.
     pub pairs: Vec<Option<usize>>,
     /// b of each strain.
     rows: Vec<DVector<f64>>,
@@ -118,7 +120,7 @@ impl Side {
 
 impl Bend {
     /// Of edges of one triangle and rows of its strains, the first numbers of which are theirs.
-    pub fn new(folds: &[Fold], strains: &[[f64; 3]], pairs: &mut Pairs) -> Self {
+    pub fn new(folds: &[Fold], strains: &[[f64; 3]]) -> Self {
         let (mut vertices, mut x): (Vec<u32>, Vec<Vec3>) = (vec![], vec![]);
         let mut place = |v: u32, at: Vec3| {
             let known = vertices.iter().position(|other| v != NONE && *other == v);
@@ -134,11 +136,6 @@ impl Bend {
         };
         let sides: Vec<Side> = folds.iter().map(&mut side).collect();
         let ends = ends(&sides);
-        let number = |[i, j]: &[usize; 2]| {
-            let pair = [vertices[*i], vertices[*j]];
-            pair.iter().all(|v| *v != NONE).then(|| pairs.number(pair))
-        };
-        let numbers = ends.iter().map(number).collect();
         let rows: Vec<DVector<f64>> = strains.iter().map(|row| slope(&sides, row, 3 * x.len())).collect();
         let (arms, turns) = weights(&sides, strains);
         let (gradient, mut hessian) = derivatives(&sides, &arms, &turns, 3 * x.len());
@@ -159,7 +156,39 @@ impl Bend {
         let correction = &inverse * missing * inverse.transpose();
         let correction = 0.5 * (&correction + correction.transpose());
         let turning = sides.iter().zip(turns).map(|(side, turn)| (side.places, turn)).collect();
-        Self { vertices, pairs: numbers, rows, hessian, turning, correction }
+        let pairs = vec![None; ends.len()];
+        Self { vertices, ends, pairs, rows, hessian, turning, correction }
+    }
+
+    /// Appends B at its corners, HB there, and Bᵀb of its strains, rows of fields each.
+    fn multiply(&self, rows: &Rows, (moved, product, along): (&mut Vec<f64>, &mut Vec<f64>, &mut Vec<f64>)) {
+        let n = rows.n;
+        let places: Vec<usize> = (0..self.vertices.len()).filter(|i| self.vertices[*i] != NONE).collect();
+        let (first, last) = (product.len(), along.len());
+        product.resize(first + 3 * places.len() * n, 0.0);
+        along.resize(last + self.rows.len() * n, 0.0);
+        for j in &places {
+            for (axis, own) in rows.at(self.vertices[*j]).chunks_exact(n).enumerate() {
+                let q = 3 * j + axis;
+                moved.extend_from_slice(own);
+                for (row, along) in self.rows.iter().zip(along[last..].chunks_exact_mut(n)) {
+                    along.iter_mut().zip(own).for_each(|(sum, x)| *sum += row[q] * x);
+                }
+                let corners = places.iter().flat_map(|i| (0..3).map(move |c| 3 * i + c));
+                for (i, out) in corners.zip(product[first..].chunks_exact_mut(n)) {
+                    let factor = self.hessian[(i, q)];
+                    out.iter_mut().zip(own).for_each(|(sum, x)| *sum += factor * x);
+                }
+            }
+        }
+    }
+
+    /// Gives its pairs their numbers.
+    pub fn number(&mut self, pairs: &mut Pairs) {
+        for (number, ends) in self.pairs.iter_mut().zip(&self.ends) {
+            let pair = ends.map(|end| self.vertices[end]);
+            *number = pair.iter().all(|v| *v != NONE).then(|| pairs.number(pair));
+        }
     }
 }
 
@@ -273,76 +302,57 @@ fn normals(x: &[Vec3], ends: &[[usize; 2]]) -> DMatrix<f64> {
 /// Σ BᵀHB, and the rest Hessian Σ Bᵀbbᵀ B.
 pub fn hessians(bends: &[Bend], rows: &Rows) -> [DMatrix<f64>; 2] {
     let n = rows.n;
-    let basis = rows.matrix();
-    let mut product = vec![0.0; basis.nrows() * n];
-    let mut stiffness = Mat::<f64>::zeros(n, n);
-    let mut along = vec![];
-    for some in bends.chunks(CHUNK) {
-        along.clear();
-        for bend in some {
-            let moves = || bend.vertices.iter().enumerate().filter(|(_, v)| **v != NONE);
-            let first = along.len();
-            along.resize(first + bend.rows.len() * n, 0.0);
-            for (j, v) in moves() {
-                for axis in 0..3 {
-                    let (q, own) = (3 * j + axis, &rows.at(*v)[axis * n..][..n]);
-                    for (row, along) in bend.rows.iter().zip(along[first..].chunks_exact_mut(n)) {
-                        along.iter_mut().zip(own).for_each(|(sum, x)| *sum += row[q] * x);
-                    }
-                    for (i, other) in moves() {
-                        for c in 0..3 {
-                            let factor = bend.hessian[(3 * i + c, q)];
-                            let out = &mut product[(3 * *other as usize + c) * n..][..n];
-                            out.iter_mut().zip(own).for_each(|(sum, x)| *sum += factor * x);
-                        }
-                    }
-                }
-            }
+    let work = 60.0 * MULTIPLICATION * (bends.len() * n * (n + 30)) as f64;
+    let parts = threads::map(&threads::parts(bends, CHUNK), work as u64, |part| {
+        let mut sums = [Mat::<f64>::zeros(n, n), Mat::<f64>::zeros(n, n)];
+        let [mut moved, mut product, mut along] = [vec![], vec![], vec![]];
+        for some in part.chunks(CHUNK) {
+            [&mut moved, &mut product, &mut along].into_iter().for_each(|list| list.clear());
+            some.iter().for_each(|bend| bend.multiply(rows, (&mut moved, &mut product, &mut along)));
+            let [moved, product, along] =
+                [&moved, &product, &along].map(|list| MatRef::from_row_major_slice(list, list.len() / n.max(1), n));
+            add_lower(sums[0].as_mut(), moved.transpose(), product);
+            add_lower(sums[1].as_mut(), along.transpose(), along);
         }
-        let along = MatRef::from_row_major_slice(&along, along.len() / n, n);
-        matmul(stiffness.as_mut(), Accum::Add, along.transpose(), along, 1.0, Par::Seq);
-    }
-    let product = MatRef::from_row_major_slice(&product, basis.nrows(), n);
-    let mut bending = Mat::<f64>::zeros(n, n);
-    matmul(bending.as_mut(), Accum::Add, basis.transpose(), product, 1.0, Par::Seq);
-    [symmetric(bending.as_ref()), symmetric(stiffness.as_ref())]
+        sums
+    });
+    let mut sums = [Mat::<f64>::zeros(n, n), Mat::<f64>::zeros(n, n)];
+    parts.iter().for_each(|part| sums.iter_mut().zip(part).for_each(|(sum, part)| *sum += part));
+    sums.map(|sum| symmetric(sum.as_ref()))
 }
 
 /// C₃: what det(e, p, s) counts, times its polar form.
 pub fn cubic(bends: &[Bend], rows: &Rows) -> Vec<DMatrix<f64>> {
     let n = rows.n;
     let triangle = n * (n + 1) / 2;
-    let mut sums = Mat::<f64>::zeros(n, triangle);
-    let [mut e, mut p, mut s] = [vec![0.0; 3 * CHUNK * n], vec![0.0; 3 * n], vec![0.0; 3 * n]];
-    let mut crossed = vec![0.0; 3 * CHUNK * triangle];
     let told = |bend: &Bend, places: &[usize; 4]| places.map(|place| bend.vertices[place]);
     let of = |bend: &Bend| bend.turning.iter().map(|(at, turn)| (told(bend, at), *turn)).collect::<Vec<_>>();
     // An edge at a clamp does not move.
     let counts = |(vertices, turn): &([u32; 4], f64)| *turn != 0.0 && !vertices.contains(&NONE);
     let turning: Vec<([u32; 4], f64)> = bends.iter().flat_map(of).filter(counts).collect();
-    for some in turning.chunks(CHUNK) {
-        let outs = e.chunks_exact_mut(3 * n).zip(crossed.chunks_exact_mut(3 * triangle));
-        for (([a, b, c, d], turn), (e, crossed)) in some.iter().zip(outs) {
-            rows.difference([*a, *b], e);
-            rows.difference([*a, *c], &mut p);
-            rows.difference([*a, *d], &mut s);
-            e.iter_mut().for_each(|e| *e *= turn);
-            for (axis, out) in crossed.chunks_exact_mut(triangle).enumerate() {
-                let [i, j] = [(axis + 1) % 3 * n, (axis + 2) % 3 * n];
-                let (pi, pj, si, sj) = (&p[i..i + n], &p[j..j + n], &s[i..i + n], &s[j..j + n]);
-                for k in 0..n {
-                    let out = &mut out[k * (k + 1) / 2..][..k + 1];
-                    for l in 0..=k {
-                        out[l] = pi[k] * sj[l] - pj[k] * si[l] + pi[l] * sj[k] - pj[l] * si[k];
-                    }
-                }
+    let work = 3.0 * MULTIPLICATION * (turning.len() * triangle * (n + 10)) as f64;
+    let parts = threads::map(&threads::parts(&turning, CHUNK), work as u64, |part| {
+        let mut sums = Mat::<f64>::zeros(n, triangle);
+        let (mut e, mut crossed) = (vec![0.0; 3 * CHUNK * n], vec![0.0; 3 * CHUNK * triangle]);
+        let [mut p, mut s] = [vec![0.0; 3 * n], vec![0.0; 3 * n]];
+        for some in part.chunks(CHUNK) {
+            let outs = e.chunks_exact_mut(3 * n).zip(crossed.chunks_exact_mut(3 * triangle));
+            for (([a, b, c, d], turn), (e, crossed)) in some.iter().zip(outs) {
+                rows.difference([*a, *b], e);
+                rows.difference([*a, *c], &mut p);
+                rows.difference([*a, *d], &mut s);
+                e.iter_mut().for_each(|e| *e *= turn);
+                cross(&p, &s, crossed);
             }
+            let lines = 3 * some.len();
+            let e = MatRef::from_row_major_slice(&e[..lines * n], lines, n);
+            let crossed = MatRef::from_row_major_slice(&crossed[..lines * triangle], lines, triangle);
+            matmul(sums.as_mut(), Accum::Add, e.transpose(), crossed, 1.0, Par::Seq);
         }
-        let lines = 3 * some.len();
-        let e = MatRef::from_row_major_slice(&e[..lines * n], lines, n);
-        let crossed = MatRef::from_row_major_slice(&crossed[..lines * triangle], lines, triangle);
-        matmul(sums.as_mut(), Accum::Add, e.transpose(), crossed, 1.0, Par::Seq);
-    }
+        sums
+    });
+    let mut sums = Mat::<f64>::zeros(n, triangle);
+    parts.iter().for_each(|part| sums += part);
     let at = |i: usize, j: usize, k: usize| sums[(i, j * (j + 1) / 2 + k)];
     let entry = |mut index: [usize; 3]| {
         index.sort_unstable();
@@ -350,4 +360,19 @@ pub fn cubic(bends: &[Bend], rows: &Rows) -> Vec<DMatrix<f64>> {
         at(i, j, k) + at(j, i, k) + at(k, i, j)
     };
     (0..n).map(|k| DMatrix::from_fn(n, n, |i, j| entry([i, j, k]))).collect()
+}
+
+/// p × s of fields j ≤ i, made symmetric: the lower triangles of the three axes.
+fn cross(p: &[f64], s: &[f64], out: &mut [f64]) {
+    let (n, triangle) = (p.len() / 3, out.len() / 3);
+    for (axis, out) in out.chunks_exact_mut(triangle.max(1)).enumerate() {
+        let [i, j] = [(axis + 1) % 3 * n, (axis + 2) % 3 * n];
+        let (pi, pj, si, sj) = (&p[i..i + n], &p[j..j + n], &s[i..i + n], &s[j..j + n]);
+        for k in 0..n {
+            let out = &mut out[k * (k + 1) / 2..][..k + 1];
+            for l in 0..=k {
+                out[l] = pi[k] * sj[l] - pj[k] * si[l] + pi[l] * sj[k] - pj[l] * si[k];
+            }
+        }
+    }
 }

@@ -7,14 +7,14 @@
 //! What bending lacks, ½ Σ yᵀDy over the hinges, is compressed alike: by the shapes' |D|^½ y, then by the eigenvectors of the signs of D.
 
 use super::bends::{Bend, Pairs, cubic, hessians};
-use super::pairs::{self, Rows};
+use super::pairs::{self, Gains, MULTIPLICATION, Rows, add_lower};
 use super::{Coefficients, Form, PolynomialEnergy};
 use crate::energy::{Mirror, Term};
 use crate::modes::symmetric_eigen;
 use crate::reduced::products::WIDTH;
 use crate::reduced::sampling::Random;
 use crate::reduced::{Assumed, basis};
-use crate::{ErrorKind, Result, Shell, Vec3};
+use crate::{ErrorKind, Result, Shell, Vec3, threads};
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, Par};
 use nalgebra::{Cholesky, DMatrix, DVector, SymmetricEigen};
@@ -39,6 +39,8 @@ const LEAST_STIFFNESS: f64 = 0.5;
 const NEXT_TO_NOTHING: f64 = 1e-6;
 /// Bends whose products are summed at once.
 const CHUNK: usize = 512;
+/// Nanoseconds that what a bend is made of takes, about.
+const BEND: u64 = 20_000;
 
 /// What the coefficients are made of.
 pub struct Sources<'a> {
@@ -79,13 +81,18 @@ impl Told {
         if shell.is_stressed() {
             return None;
         }
-        let (mut elements, mut bends, mut images, mut pairs) = (vec![], vec![], vec![], Pairs::new(&shell.mesh));
+        let (mut elements, mut folded, mut images, mut pairs) = (vec![], vec![], vec![], Pairs::new(&shell.mesh));
         let told = shell.energy.visit_terms(&shell.mesh.positions, &mut |term| match term {
             Term::Stretch(terms) => elements.push(terms.iter().map(|(pair, p)| (pairs.number(*pair), *p)).collect()),
-            Term::Bend(folds, rows) => bends.push(Bend::new(folds, rows, &mut pairs)),
+            Term::Bend(folds, rows) => folded.push((folds.to_vec(), rows.to_vec())),
             Term::Image(vertex, plane) => images.push((vertex, *plane)),
         });
-        told.then_some(Self { strains: Strains { elements }, bends, images, pairs: pairs.list })
+        if !told {
+            return None;
+        }
+        let mut bends = threads::map(&folded, BEND * folded.len() as u64, |(folds, rows)| Bend::new(folds, rows));
+        bends.iter_mut().for_each(|bend| bend.number(&mut pairs));
+        Some(Self { strains: Strains { elements }, bends, images, pairs: pairs.list })
     }
 }
 
@@ -94,7 +101,7 @@ fn coefficients(sources: &Sources, told: &Told, watch: &mut dyn FnMut(f64) -> Re
     let Told { strains, bends, images, pairs } = told;
     let (rows, rest) = (Rows::new(columns, images), with_images(&shell.mesh.positions, images));
     let shapes = mixed(sources.shapes, pairs.len());
-    let gains = pairs::gains(&rest, pairs, &rows, &shapes);
+    let gains = Gains::new(&rest, pairs, &rows, &shapes);
     watch(0.1)?;
     let (corrections, signs) = corrections(bends, &gains, pairs.len())?;
     watch(0.3)?;
@@ -111,7 +118,7 @@ fn coefficients(sources: &Sources, told: &Told, watch: &mut dyn FnMut(f64) -> Re
     });
     let mut forms = pairs::forms(&rest, pairs, &rows, all.as_ref());
     watch(0.7)?;
-    let strained = all.transpose() * &gains;
+    let strained = all.transpose() * gains.matrix().transpose();
     for (k, form) in forms.iter_mut().enumerate() {
         form.weight = match k.checked_sub(membrane) {
             None if k < assuming => 1.0,
@@ -192,12 +199,16 @@ struct Strains {
 
 impl Strains {
     /// S, and orthonormal fields of what it leaves of the strains at shapes with the gains (elements × fields).
-    fn fields(&self, assumed: &Assumed, gains: &Mat<f64>, residuals: usize) -> Result<Mat<f64>> {
+    fn fields(&self, assumed: &Assumed, gains: &Gains, residuals: usize) -> Result<Mat<f64>> {
         let stresses = &assumed.stresses;
         let mut fields = Mat::from_fn(self.elements.len(), stresses.nrows(), |e, k| stresses[(k, e)]);
-        let mut left = Mat::from_fn(self.elements.len(), gains.ncols(), |e, s| {
-            self.elements[e].iter().map(|(pair, factor)| factor * gains[(*pair, s)]).sum()
-        });
+        let mut strains = Mat::<f64>::zeros(gains.shapes, self.elements.len());
+        for (e, element) in self.elements.iter().enumerate() {
+            for (pair, factor) in element {
+                strains.col_mut(e).iter_mut().zip(gains.of(*pair)).for_each(|(sum, y)| *sum += factor * y);
+            }
+        }
+        let mut left = strains.transpose().to_owned();
         let held = fields.transpose() * &left;
         left -= &fields * held;
         for s in 0..left.ncols() {
@@ -222,7 +233,7 @@ impl Strains {
     }
 }
 
-/// |D|^½ y of some bends at shapes with the gains (Σ pairs × shapes).
+/// |D|^½ y of some bends at shapes with the gains.
 struct Roots<'a> {
     bends: &'a [Bend],
     /// Eigenvectors of D by the roots of its eigenvalues.
@@ -247,27 +258,38 @@ impl<'a> Roots<'a> {
         Self { bends, roots, signs, rows }
     }
 
-    fn at(&self, gains: &Mat<f64>) -> Mat<f64> {
-        Mat::from_fn(self.rows.len(), gains.ncols(), |row, s| {
-            let (b, k) = self.rows[row];
-            let gain =
-                |(i, pair): (usize, &Option<usize>)| pair.map_or(0.0, |pair| gains[(pair, s)] * self.roots[b][(i, k)]);
-            self.bends[b].pairs.iter().enumerate().map(gain).sum()
-        })
+    /// Of each pair (shapes × Σ pairs).
+    fn at(&self, gains: &Gains) -> Mat<f64> {
+        let mut z = Mat::zeros(gains.shapes, self.rows.len());
+        for (row, (b, k)) in self.rows.iter().enumerate() {
+            for (i, pair) in self.bends[*b].pairs.iter().enumerate().filter_map(|(i, pair)| Some((i, (*pair)?))) {
+                let root = self.roots[*b][(i, *k)];
+                z.col_mut(row).iter_mut().zip(gains.of(pair)).for_each(|(sum, y)| *sum += root * y);
+            }
+        }
+        z
     }
 }
 
 /// The few sums over pairs (pairs × sums) whose squares, by their signed weights, are near ½ Σ yᵀDy at the shapes; and the weights.
-fn corrections(bends: &[Bend], gains: &Mat<f64>, pairs: usize) -> Result<(Mat<f64>, Vec<f64>)> {
-    let shapes = gains.ncols();
+fn corrections(bends: &[Bend], gains: &Gains, pairs: usize) -> Result<(Mat<f64>, Vec<f64>)> {
+    let shapes = gains.shapes;
+    let parts = threads::parts(bends, CHUNK);
+    let work = 3.0 * MULTIPLICATION * (bends.len() * shapes * shapes) as f64;
+    let made = threads::map(&parts, work as u64, |part| {
+        let mut gram = Mat::<f64>::zeros(shapes, shapes);
+        let roots: Vec<Roots> = part.chunks(CHUNK).map(Roots::new).collect();
+        for some in &roots {
+            let z = some.at(gains);
+            add_lower(gram.as_mut(), z.as_ref(), z.transpose());
+        }
+        (roots, gram)
+    });
     let mut gram = Mat::<f64>::zeros(shapes, shapes);
-    for some in bends.chunks(CHUNK) {
-        let z = Roots::new(some).at(gains);
-        matmul(gram.as_mut(), Accum::Add, z.transpose(), &z, 1.0, Par::Seq);
-    }
+    made.iter().for_each(|(_, part)| gram += part);
     // Shapes count by the roots of their sizes.
     let scale: Vec<f64> = (0..shapes).map(|s| gram[(s, s)].max(f64::MIN_POSITIVE).sqrt().sqrt().recip()).collect();
-    let scaled = Mat::from_fn(shapes, shapes, |i, j| scale[i] * gram[(i, j)] * scale[j]);
+    let scaled = Mat::from_fn(shapes, shapes, |i, j| scale[i] * gram[(i.max(j), i.min(j))] * scale[j]);
     if shapes == 0 || scaled.norm_max() == 0.0 {
         return Ok((Mat::zeros(pairs, 0), vec![]));
     }
@@ -275,16 +297,17 @@ fn corrections(bends: &[Bend], gains: &Mat<f64>, pairs: usize) -> Result<(Mat<f6
     let largest = values[shapes - 1];
     let kept: Vec<usize> = (0..shapes).rev().take(CORRECTIONS).filter(|k| values[*k] > 1e-10 * largest).collect();
     let mixing = Mat::from_fn(shapes, kept.len(), |s, k| scale[s] * vectors[(s, kept[k])] / values[kept[k]].sqrt());
+    let fields = threads::map(&made, work as u64 / 10, |(roots, _)| {
+        roots.iter().map(|some| mixing.transpose() * some.at(gains)).collect::<Vec<_>>()
+    });
     let mut sums = Mat::<f64>::zeros(pairs, kept.len());
     let mut signed = Mat::<f64>::zeros(kept.len(), kept.len());
-    for some in bends.chunks(CHUNK) {
-        let roots = Roots::new(some);
-        let fields = roots.at(gains) * &mixing;
-        let by_sign = Mat::from_fn(fields.nrows(), kept.len(), |row, k| roots.signs[row] * fields[(row, k)]);
-        matmul(signed.as_mut(), Accum::Add, fields.transpose(), &by_sign, 1.0, Par::Seq);
+    for (roots, fields) in made.iter().flat_map(|(roots, _)| roots).zip(fields.iter().flatten()) {
+        let by_sign = Mat::from_fn(fields.ncols(), kept.len(), |row, k| roots.signs[row] * fields[(k, row)]);
+        matmul(signed.as_mut(), Accum::Add, fields, &by_sign, 1.0, Par::Seq);
         for (row, (b, k)) in roots.rows.iter().enumerate() {
-            for (i, pair) in some[*b].pairs.iter().enumerate().filter_map(|(i, pair)| Some((i, (*pair)?))) {
-                (0..kept.len()).for_each(|c| sums[(pair, c)] += roots.roots[*b][(i, *k)] * fields[(row, c)]);
+            for (i, pair) in roots.bends[*b].pairs.iter().enumerate().filter_map(|(i, pair)| Some((i, (*pair)?))) {
+                (0..kept.len()).for_each(|c| sums[(pair, c)] += roots.roots[*b][(i, *k)] * fields[(c, row)]);
             }
         }
     }

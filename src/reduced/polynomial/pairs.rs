@@ -1,10 +1,10 @@
 //! Pairs of vertices, and what their squared distances gain: y = |x_b − x_a|² − |x̄_b − x̄_a|² = 2ē·Dq + |Dq|² with D = B_b − B_a.
 
 use super::Form;
-use crate::Vec3;
 use crate::energy::Mirror;
+use crate::{Vec3, threads};
 use faer::linalg::matmul::triangular::{BlockStructure, matmul};
-use faer::{Accum, Mat, MatRef, Par};
+use faer::{Accum, Mat, MatMut, MatRef, Par};
 use nalgebra::DMatrix;
 
 /// Pairs whose products are summed at once.
@@ -46,51 +46,81 @@ impl Rows {
     }
 }
 
-/// y of every pair (pairs × shapes), of vertices that rest at `x`.
-pub fn gains(x: &[Vec3], pairs: &[[u32; 2]], rows: &Rows, shapes: &[Vec<f64>]) -> Mat<f64> {
-    let coordinates = Mat::from_fn(rows.n, shapes.len(), |k, s| shapes[s][k]);
-    let moved = rows.matrix() * coordinates;
-    Mat::from_fn(pairs.len(), shapes.len(), |e, s| {
-        let [a, b] = pairs[e].map(|v| v as usize);
-        let by = Vec3::from_fn(|c, _| moved[(3 * b + c, s)] - moved[(3 * a + c, s)]);
-        by.dot(&(2.0 * (x[b] - x[a]) + by))
-    })
+/// y of every pair at some shapes.
+pub struct Gains {
+    pub shapes: usize,
+    /// Of one pair after the other.
+    numbers: Vec<f64>,
 }
+
+impl Gains {
+    /// Of vertices that rest at `x`.
+    pub fn new(x: &[Vec3], pairs: &[[u32; 2]], rows: &Rows, shapes: &[Vec<f64>]) -> Self {
+        let count = shapes.len();
+        let coordinates = Mat::from_fn(count, rows.n, |s, k| shapes[s][k]);
+        let moved = coordinates * rows.matrix().transpose();
+        let mut numbers = vec![0.0; pairs.len() * count];
+        for (out, [a, b]) in
+            numbers.chunks_exact_mut(count.max(1)).zip(pairs.iter().map(|pair| pair.map(|v| v as usize)))
+        {
+            for c in 0..3 {
+                let twice = 2.0 * (x[b] - x[a])[c];
+                let [from, to] = [a, b].map(|v| moved.col(3 * v + c));
+                for (s, y) in out.iter_mut().enumerate() {
+                    let by = to[s] - from[s];
+                    *y += by * (twice + by);
+                }
+            }
+        }
+        Self { shapes: count, numbers }
+    }
+
+    /// Of one pair.
+    pub fn of(&self, pair: usize) -> &[f64] {
+        &self.numbers[pair * self.shapes..][..self.shapes]
+    }
+
+    /// All (shapes × pairs).
+    pub fn matrix(&self) -> MatRef<'_, f64> {
+        MatRef::from_column_major_slice(&self.numbers, self.shapes, self.numbers.len() / self.shapes.max(1))
+    }
+}
+
+/// Nanoseconds that a multiplication takes, about.
+pub const MULTIPLICATION: f64 = 0.05;
 
 /// The forms Σ p y of the columns of p (pairs × forms), of weight 1, of vertices that rest at `x`.
 pub fn forms(x: &[Vec3], pairs: &[[u32; 2]], rows: &Rows, p: MatRef<'_, f64>) -> Vec<Form> {
     let (n, count) = (rows.n, p.ncols());
-    let mut linear = vec![vec![0.0; n]; count];
-    let mut quadratic = vec![Mat::<f64>::zeros(n, n); count];
-    let [mut apart, mut scaled] = [vec![0.0; 3 * CHUNK * n], vec![0.0; 3 * CHUNK * n]];
-    for first in (0..pairs.len()).step_by(CHUNK) {
-        let some = &pairs[first..pairs.len().min(first + CHUNK)];
-        let size = 3 * some.len() * n;
-        some.iter().zip(apart.chunks_exact_mut(3 * n)).for_each(|(pair, out)| rows.difference(*pair, out));
-        for (k, (linear, quadratic)) in linear.iter_mut().zip(&mut quadratic).enumerate() {
-            for (e, (pair, (apart, scaled))) in
-                some.iter().zip(apart.chunks_exact(3 * n).zip(scaled.chunks_exact_mut(3 * n))).enumerate()
-            {
-                let factor = 2.0 * p[(first + e, k)];
+    let work = 1.5 * MULTIPLICATION * (pairs.len() * count * n * n) as f64;
+    threads::map(&(0..count).collect::<Vec<_>>(), work as u64, |k| {
+        let (mut linear, mut quadratic) = (vec![0.0; n], Mat::<f64>::zeros(n, n));
+        let [mut apart, mut scaled] = [vec![0.0; 3 * CHUNK * n], vec![0.0; 3 * CHUNK * n]];
+        for first in (0..pairs.len()).step_by(CHUNK) {
+            let some = &pairs[first..pairs.len().min(first + CHUNK)];
+            let both = apart.chunks_exact_mut(3 * n).zip(scaled.chunks_exact_mut(3 * n));
+            for (e, (pair, (apart, scaled))) in some.iter().zip(both).enumerate() {
+                rows.difference(*pair, apart);
+                let factor = 2.0 * p[(first + e, *k)];
                 let [a, b] = pair.map(|v| x[v as usize]);
-                scaled.iter_mut().zip(apart).for_each(|(out, x)| *out = factor * x);
+                scaled.iter_mut().zip(apart).for_each(|(out, x)| *out = factor * *x);
                 for (row, edge) in scaled.chunks_exact(n).zip((b - a).iter()) {
                     linear.iter_mut().zip(row).for_each(|(sum, x)| *sum += edge * x);
                 }
             }
-            let [left, right] = [&apart, &scaled].map(|rows| MatRef::from_row_major_slice(&rows[..size], size / n, n));
-            let (lower, whole) = (BlockStructure::TriangularLower, BlockStructure::Rectangular);
-            let left = left.transpose();
-            matmul(quadratic.as_mut(), lower, Accum::Add, left, whole, right, whole, 1.0, Par::Seq);
+            let lines = 3 * some.len();
+            let [left, right] =
+                [&apart, &scaled].map(|rows| MatRef::from_row_major_slice(&rows[..lines * n], lines, n));
+            add_lower(quadratic.as_mut(), left.transpose(), right);
         }
-    }
-    let form = |(linear, quadratic): (Vec<f64>, Mat<f64>)| Form {
-        weight: 1.0,
-        bound: 0.0,
-        linear,
-        quadratic: symmetric(quadratic.as_ref()),
-    };
-    linear.into_iter().zip(quadratic).map(form).collect()
+        Form { weight: 1.0, bound: 0.0, linear, quadratic: symmetric(quadratic.as_ref()) }
+    })
+}
+
+/// sum += left × right, of its lower triangle.
+pub fn add_lower(sum: MatMut<'_, f64>, left: MatRef<'_, f64>, right: MatRef<'_, f64>) {
+    let (lower, whole) = (BlockStructure::TriangularLower, BlockStructure::Rectangular);
+    matmul(sum, lower, Accum::Add, left, whole, right, whole, 1.0, Par::Seq);
 }
 
 /// Both triangles from the lower one.

@@ -4,27 +4,32 @@
 //! choice is that of 64 bits, and a pass goes over a quarter of the memory. The active columns and their products are kept, so that
 //! nothing is copied or multiplied twice.
 
-use crate::Result;
-use faer::linalg::solvers::Solve;
-use faer::{Col, ColRef, Mat, MatRef, Side};
+use crate::{Result, threads};
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::cholesky::ldlt::{self, factor::LdltRegularization};
+use faer::linalg::triangular_solve::solve_unit_lower_triangular_in_place;
+use faer::{Col, ColRef, Mat, MatMut, MatRef, Par, Spec};
 use nalgebra::DVector;
 use pulp::Arch;
-use std::cmp::Ordering;
 
 /// Columns that are smaller than this part of the mean are left out: those of elements that are held all around are rounding,
 /// which a weight makes into noise that no search gets through.
 const LEAST_FORCE: f64 = 1e-3;
 /// Columns taken up at once, as a part of those wanted.
 const BATCH: f64 = 0.03;
+/// Columns that a thread takes at once: of all, and of the active ones.
+const STRIP: usize = 128;
+const FEW: usize = 48;
+
 /// min |Ax − b| over x ≥ 0 with at most `wanted` nonzero entries, or until `suffices` of the residual b − Ax and the share of the work
 /// done; returns x and the residual.
 pub(super) fn nonnegative(
-    a: &Mat<f64>,
+    a: MatRef<'_, f64>,
     b: &DVector<f64>,
     wanted: usize,
     mut suffices: impl FnMut(&DVector<f64>, f64) -> Result<bool>,
 ) -> Result<(Vec<f64>, DVector<f64>)> {
-    let mut set = ActiveSet::new(a, b);
+    let mut set = ActiveSet::new(a, b, wanted);
     let mut residual = b.clone();
     let batch = ((BATCH * wanted as f64) as usize).max(1);
     while !suffices(&residual, set.active.len() as f64 / wanted as f64)? && set.active.len() < wanted {
@@ -32,8 +37,9 @@ pub(super) fn nonnegative(
         if best.is_empty() {
             break;
         }
-        set.add(&best);
-        set.solve();
+        if set.add(&best) {
+            set.solve();
+        }
         let before = residual.norm();
         residual = set.residual(b);
         if residual.norm() > before * (1.0 - 1e-9) {
@@ -45,38 +51,57 @@ pub(super) fn nonnegative(
 
 /// x ≥ 0, and the columns along which it may be positive.
 struct ActiveSet<'a> {
-    a: &'a Mat<f64>,
+    a: MatRef<'a, f64>,
+    strips: Vec<Strip>,
+    /// Of each column.
     norms: Vec<f64>,
-    rough: Rough,
     /// Aᵀb.
-    right: Col<f64>,
+    right: Vec<f64>,
     x: Vec<f64>,
     active: Vec<usize>,
-    /// The active columns, one behind the other.
+    /// The active columns, one behind the other, and of each column, where among them it is.
     taken: Vec<f64>,
-    /// Of them.
-    gram: Mat<f64>,
+    places: Vec<usize>,
+    /// Of the products of the active columns, in an order of its own.
+    factor: Factor,
+    order: Vec<usize>,
     /// Columns that are never taken in.
     barred: Vec<bool>,
+    arch: Arch,
+}
+
+/// Nanoseconds that a pass over so many numbers takes, about.
+fn pass(numbers: usize) -> u64 {
+    numbers as u64 / 3
 }
 
 impl<'a> ActiveSet<'a> {
     /// None active.
-    fn new(a: &'a Mat<f64>, b: &DVector<f64>) -> Self {
+    fn new(a: MatRef<'a, f64>, b: &DVector<f64>, wanted: usize) -> Self {
         let n = a.ncols();
-        let norms: Vec<f64> = (0..n).map(|j| a.col(j).norm_l2()).collect();
+        let firsts: Vec<usize> = (0..n).step_by(STRIP).collect();
+        let strips = threads::map(&firsts, pass(4 * a.nrows() * n), |first| {
+            Strip::new(*first, a.subcols(*first, STRIP.min(n - first)), ColRef::from_slice(b.as_slice()))
+        });
+        let of = |list: fn(&Strip) -> &[f64]| strips.iter().flat_map(list).copied().collect::<Vec<f64>>();
+        let (norms, right) = (of(|strip| &strip.norms), of(|strip| &strip.right));
         let least = LEAST_FORCE * norms.iter().sum::<f64>() / n as f64;
         let barred = norms.iter().map(|norm| *norm <= least).collect();
-        let right = a.transpose() * ColRef::from_slice(b.as_slice());
-        let rough = Rough::new(a, &norms);
-        Self { a, norms, rough, right, x: vec![0.0; n], active: vec![], taken: vec![], gram: Mat::zeros(0, 0), barred }
+        let factor = Factor { matrix: Mat::zeros(wanted.min(n), wanted.min(n)), size: 0 };
+        let (x, places, active, taken, order) = (vec![0.0; n], vec![usize::MAX; n], vec![], vec![], vec![]);
+        Self { a, strips, norms, right, x, active, taken, places, factor, order, barred, arch: Arch::new() }
     }
 
     /// Columns along which the residual falls fastest, by more than `least`, at most so many.
     fn best(&self, residual: &DVector<f64>, least: f64, most: usize) -> Vec<usize> {
         let whole = residual.norm();
+        let unit = if whole > 0.0 { 1.0 / whole } else { 0.0 };
+        let r: Vec<f32> = residual.iter().map(|r| (r * unit) as f32).collect();
         let open = |j: usize| self.x[j] == 0.0 && !self.barred[j];
-        let ranges: Vec<Option<[f64; 2]>> = self.rough.gains(residual, whole, open);
+        let ranges = threads::map(&self.strips, pass(r.len() * self.x.len() / 4), |strip| {
+            self.arch.dispatch(|| strip.gains(&r, whole, open))
+        })
+        .concat();
         // What is surely as good as the last of the best, and those that may be better.
         let mut sure: Vec<f64> = ranges.iter().flatten().map(|[low, _]| *low).collect();
         sure.sort_by(|p, q| q.total_cmp(p));
@@ -91,92 +116,160 @@ impl<'a> ActiveSet<'a> {
         gains.into_iter().take(most).map(|(_, j)| j).collect()
     }
 
-    /// The active columns from the `first` on.
-    fn taken(&self, first: usize) -> MatRef<'_, f64> {
+    /// The active columns, a few at a time, and the first one's place.
+    fn few(&self) -> Vec<(usize, MatRef<'_, f64>)> {
         let rows = self.a.nrows();
-        MatRef::from_column_major_slice(&self.taken[first * rows..], rows, self.active.len() - first)
+        let few = self.taken.chunks((FEW * rows).max(1)).enumerate();
+        few.map(|(k, few)| (k * FEW, MatRef::from_column_major_slice(few, rows, few.len() / rows))).collect()
     }
 
-    /// Takes columns in.
-    fn add(&mut self, list: &[usize]) {
-        let old = self.active.len();
-        self.active.extend(list);
+    /// Takes columns in. False, and they are barred, where they are next to dependent.
+    fn add(&mut self, list: &[usize]) -> bool {
+        let (old, rows) = (self.active.len(), self.a.nrows());
         list.iter().for_each(|&j| self.taken.extend(self.a.col(j).iter()));
-        let count = self.active.len();
-        let products = self.taken(0).transpose() * self.taken(old);
-        self.gram.resize_with(count, count, |i, k| match i.cmp(&k) {
-            Ordering::Equal => products[(i, i - old)] * (1.0 + 1e-12),
-            Ordering::Greater => products[(k, i - old)],
-            Ordering::Less => products[(i, k - old)],
-        });
+        let new = MatRef::from_column_major_slice(&self.taken[old * rows..], rows, list.len());
+        let work = pass(self.taken.len() * list.len() / 4);
+        let products = threads::map(&self.few(), work, |(_, few)| few.transpose() * new);
+        let product = |place: usize, k: usize| products[place / FEW][(place % FEW, k)];
+        let across = Mat::from_fn(old, list.len(), |i, k| product(self.places[self.order[i]], k));
+        let ridge = |i: usize, k: usize| if i == k { 1.0 + 1e-12 } else { 1.0 };
+        let own = Mat::from_fn(list.len(), list.len(), |i, k| product(old + i, k) * ridge(i, k));
+        if !self.factor.append(across, own) {
+            self.taken.truncate(old * rows);
+            list.iter().for_each(|&j| self.barred[j] = true);
+            return false;
+        }
+        self.order.extend(list);
+        self.active.extend(list);
+        list.iter().enumerate().for_each(|(k, &j)| self.places[j] = old + k);
+        true
     }
 
     /// Moves x to the least squares over the active columns; columns whose entry reaches 0 on the way are thrown out.
     fn solve(&mut self) {
-        while let Ok(factor) = self.gram.llt(Side::Lower) {
-            let z = factor.solve(Col::from_fn(self.active.len(), |i| self.right[self.active[i]]));
+        loop {
+            let z = self.factor.solve(self.order.iter().map(|&j| self.right[j]));
             if z.iter().all(|z| *z > 0.0) {
-                self.active.iter().zip(z.iter()).for_each(|(&j, z)| self.x[j] = *z);
+                self.order.iter().zip(z).for_each(|(&j, z)| self.x[j] = z);
                 return;
             }
-            self.approach(&z);
+            let mut out = self.approach(&z);
+            if out.is_empty() {
+                return; // where numbers end
+            }
+            for &i in out.iter().rev() {
+                let column = self.order.remove(i);
+                self.throw_out(column);
+            }
+            self.factor.remove(&mut out);
         }
     }
 
-    /// Moves x towards `z` as far as it stays nonnegative, and throws out columns whose entry is 0 there.
-    fn approach(&mut self, z: &Col<f64>) {
-        let Self { norms, x, active, taken, gram, .. } = self;
+    /// Moves x towards `z` as far as it stays nonnegative; which of the order have the entry 0 there.
+    fn approach(&mut self, z: &[f64]) -> Vec<usize> {
+        let Self { norms, x, order, .. } = self;
         let mut alpha = 1.0f64;
-        for (i, &j) in active.iter().enumerate().filter(|(i, _)| z[*i] <= 0.0) {
-            alpha = alpha.min(x[j] / (x[j] - z[i]));
+        for (&j, z) in order.iter().zip(z).filter(|(_, z)| **z <= 0.0) {
+            alpha = alpha.min(x[j] / (x[j] - z));
         }
-        active.iter().zip(z.iter()).for_each(|(&j, z)| x[j] += alpha * (z - x[j]));
-        let largest = active.iter().map(|&j| x[j] * norms[j]).fold(0.0, f64::max);
-        let out = |i: &usize| z[*i] <= 0.0 && x[active[*i]] * norms[active[*i]] <= 1e-12 * largest;
-        let out: Vec<usize> = (0..active.len()).filter(out).collect();
-        let rows = self.a.nrows();
-        for &i in out.iter().rev() {
-            // The last one takes its place.
-            x[active[i]] = 0.0;
-            active.swap_remove(i);
-            let last = active.len();
-            taken.copy_within(last * rows.., i * rows);
-            taken.truncate(last * rows);
-            if i < last {
-                (0..last).for_each(|k| (gram[(i, k)], gram[(k, i)]) = (gram[(last, k)], gram[(last, k)]));
-                gram[(i, i)] = gram[(last, last)];
-            }
-            gram.truncate(last, last);
+        order.iter().zip(z).for_each(|(&j, z)| x[j] += alpha * (z - x[j]));
+        let largest = order.iter().map(|&j| x[j] * norms[j]).fold(0.0, f64::max);
+        let is_out = |i: &usize| z[*i] <= 0.0 && x[order[*i]] * norms[order[*i]] <= 1e-12 * largest;
+        (0..order.len()).filter(is_out).collect()
+    }
+
+    /// Makes a column inactive. The last one takes its place.
+    fn throw_out(&mut self, column: usize) {
+        let (rows, place, last) = (self.a.nrows(), self.places[column], self.active.len() - 1);
+        self.x[column] = 0.0;
+        self.active.swap_remove(place);
+        self.taken.copy_within(last * rows.., place * rows);
+        self.taken.truncate(last * rows);
+        if place < last {
+            self.places[self.active[place]] = place;
         }
     }
 
     /// b − Ax.
     fn residual(&self, b: &DVector<f64>) -> DVector<f64> {
-        let taken = self.taken(0) * Col::from_fn(self.active.len(), |k| self.x[self.active[k]]);
-        DVector::from_fn(b.len(), |i, _| b[i] - taken[i])
+        let parts = threads::map(&self.few(), pass(self.taken.len()), |(first, few)| {
+            few * Col::from_fn(few.ncols(), |k| self.x[self.active[first + k]])
+        });
+        let mut residual = b.clone();
+        parts.iter().for_each(|part| residual.iter_mut().zip(part.iter()).for_each(|(left, x)| *left -= x));
+        residual
     }
 }
 
-/// The columns over their norms in 16 bits, the upper half of an f32.
-struct Rough {
-    rows: usize,
+/// LDLᵀ of the products of some columns.
+struct Factor {
+    /// L below the diagonal, and D.
+    matrix: Mat<f64>,
+    size: usize,
+}
+
+impl Factor {
+    /// Of more columns: `across` are their products with those before, `own` with each other. False, and nothing is changed, unless the whole is
+    /// positive definite.
+    fn append(&mut self, mut across: Mat<f64>, mut own: Mat<f64>) -> bool {
+        let (size, count) = across.shape();
+        let factor = self.matrix.submatrix(0, 0, size, size);
+        solve_unit_lower_triangular_in_place(factor, across.as_mut(), Par::Seq);
+        let scaled = Mat::from_fn(size, count, |i, k| across[(i, k)] / factor[(i, i)]);
+        own -= across.transpose() * &scaled;
+        let mut room = MemBuffer::new(ldlt::factor::cholesky_in_place_scratch::<f64>(count, Par::Seq, Spec::default()));
+        let (stack, plain) = (MemStack::new(&mut room), LdltRegularization::default());
+        let done = ldlt::factor::cholesky_in_place(own.as_mut(), plain, Par::Seq, stack, Spec::default());
+        if done.is_err() || (0..count).any(|i| own[(i, i)].is_nan() || own[(i, i)] <= 0.0) {
+            return false;
+        }
+        self.size = size + count;
+        self.matrix.submatrix_mut(size, 0, count, size).copy_from(scaled.transpose());
+        self.matrix.submatrix_mut(size, size, count, count).copy_from(own);
+        true
+    }
+
+    fn solve(&self, right: impl Iterator<Item = f64>) -> Vec<f64> {
+        let mut z: Vec<f64> = right.collect();
+        let factor = self.matrix.submatrix(0, 0, self.size, self.size);
+        let both = MatMut::from_column_major_slice_mut(&mut z, self.size, 1);
+        ldlt::solve::solve_in_place(factor, factor.diagonal(), both, Par::Seq, MemStack::new(&mut []));
+        z
+    }
+
+    /// Takes columns out: what L has of each goes to those behind it.
+    fn remove(&mut self, list: &mut [usize]) {
+        let of = ldlt::update::delete_rows_and_cols_clobber_scratch::<f64>(self.size, list.len());
+        let mut room = MemBuffer::new(of);
+        let factor = self.matrix.submatrix_mut(0, 0, self.size, self.size);
+        ldlt::update::delete_rows_and_cols_clobber(factor, list, Par::Seq, MemStack::new(&mut room));
+        self.size -= list.len();
+    }
+}
+
+/// Some columns, over their norms, in 16 bits, the upper half of an f32.
+struct Strip {
+    first: usize,
+    norms: Vec<f64>,
+    /// Their products with b.
+    right: Vec<f64>,
     entries: Vec<u16>,
-    /// Of each column, the norm of what its entries miss.
+    /// Of each, the norm of what its entries miss.
     missed: Vec<f64>,
-    arch: Arch,
 }
 
 /// Numbers that are summed side by side.
 const SIDE_BY_SIDE: usize = 32;
 
-impl Rough {
-    fn new(a: &Mat<f64>, norms: &[f64]) -> Self {
-        let rows = a.nrows();
-        let (mut entries, mut missed) = (Vec::with_capacity(rows * a.ncols()), Vec::with_capacity(a.ncols()));
-        for (j, norm) in norms.iter().enumerate() {
+impl Strip {
+    fn new(first: usize, a: MatRef<'_, f64>, b: ColRef<'_, f64>) -> Self {
+        let norms: Vec<f64> = a.col_iter().map(|column| column.norm_l2()).collect();
+        let right = a.col_iter().map(|column| column.transpose() * b).collect();
+        let (mut entries, mut missed) = (Vec::with_capacity(a.nrows() * a.ncols()), Vec::with_capacity(a.ncols()));
+        for (column, norm) in a.col_iter().zip(&norms) {
             let mut squares = 0.0;
             let unit = if *norm > 0.0 { 1.0 / norm } else { 0.0 };
-            entries.extend(a.col(j).iter().map(|x| {
+            entries.extend(column.iter().map(|x| {
                 let x = x * unit;
                 let half = (((x as f32).to_bits() + 0x8000) >> 16) as u16; // to the nearest; |x| is at most 1
                 squares += (x - f64::from(wide(half))).powi(2);
@@ -184,19 +277,18 @@ impl Rough {
             }));
             missed.push(squares.sqrt());
         }
-        Self { rows, entries, missed, arch: Arch::new() }
+        Self { first, norms, right, entries, missed }
     }
 
-    /// Of each `open` column, a number that its gain, aᵀr/|a|, is surely not below, and one that it is not above.
-    fn gains(&self, residual: &DVector<f64>, whole: f64, open: impl Fn(usize) -> bool) -> Vec<Option<[f64; 2]>> {
-        let unit = if whole > 0.0 { 1.0 / whole } else { 0.0 };
-        let r: Vec<f32> = residual.iter().map(|r| (r * unit) as f32).collect();
+    /// Of each `open` column, a number that its gain, aᵀr/|a|, is surely not below, and one that it is not above; of r, its direction.
+    #[inline(always)]
+    fn gains(&self, r: &[f32], whole: f64, open: impl Fn(usize) -> bool) -> Vec<Option<[f64; 2]>> {
         // Of sums of f32, each of rows/32 terms, and of what they are made of.
-        let rounding = (self.rows as f64 / SIDE_BY_SIDE as f64 + 64.0) * f64::from(f32::EPSILON);
-        let columns = self.entries.chunks_exact(self.rows.max(1)).zip(&self.missed).enumerate();
+        let rounding = (r.len() as f64 / SIDE_BY_SIDE as f64 + 64.0) * f64::from(f32::EPSILON);
+        let columns = self.entries.chunks_exact(r.len().max(1)).zip(&self.missed).enumerate();
         let gain = |(j, (entries, missed)): (usize, (&[u16], &f64))| {
-            open(j).then(|| {
-                let (middle, off) = (f64::from(self.arch.dispatch(|| rough_dot(entries, &r))), missed + rounding);
+            open(self.first + j).then(|| {
+                let (middle, off) = (f64::from(rough_dot(entries, r)), missed + rounding);
                 [whole * (middle - off), whole * (middle + off)]
             })
         };
@@ -254,8 +346,9 @@ mod tests {
     fn gains_are_within_what_16_bits_tell_of_them() {
         let mut random = Random::new();
         let (a, r) = (columns(300, &mut random), vector(&mut random));
-        let norms: Vec<f64> = (0..300).map(|j| a.col(j).norm_l2()).collect();
-        let ranges = Rough::new(&a, &norms).gains(&r, r.norm(), |j| j != 7);
+        let set = ActiveSet::new(a.as_ref(), &r, 300);
+        let unit: Vec<f32> = r.iter().map(|x| (x / r.norm()) as f32).collect();
+        let ranges: Vec<_> = set.strips.iter().flat_map(|strip| strip.gains(&unit, r.norm(), |j| j != 7)).collect();
         assert!(ranges[7].is_none());
         for (j, range) in ranges.iter().enumerate().filter(|(j, _)| *j != 7) {
             let ([low, high], exact) = (range.unwrap(), gain(&a, &r, j));
@@ -269,7 +362,7 @@ mod tests {
         let mut random = Random::new();
         for most in [1, 5, 40, 400] {
             let (a, r) = (columns(300, &mut random), vector(&mut random));
-            let set = ActiveSet::new(&a, &r);
+            let set = ActiveSet::new(a.as_ref(), &r, 300);
             let mut order: Vec<usize> = (0..300).filter(|j| !set.barred[*j] && gain(&a, &r, *j) > 1e-7).collect();
             order.sort_by(|p, q| gain(&a, &r, *q).total_cmp(&gain(&a, &r, *p)));
             order.truncate(most);
@@ -284,7 +377,7 @@ mod tests {
         let mut a = Mat::zeros(ROWS, 200);
         (0..200).for_each(|j| (0..ROWS).for_each(|i| a[(i, j)] = 0.5 + random.next()));
         let b = 1e5 * vector(&mut random);
-        let (x, residual) = nonnegative(&a, &b, 200, |_, _| Ok(false)).unwrap();
+        let (x, residual) = nonnegative(a.as_ref(), &b, 200, |_, _| Ok(false)).unwrap();
         assert!(x.iter().all(|x| *x >= 0.0) && x.iter().filter(|x| **x > 0.0).count() > 20 && x.contains(&0.0));
         for (j, x) in x.iter().enumerate() {
             let slope = gain(&a, &residual, j) / b.norm();
@@ -292,7 +385,7 @@ mod tests {
         }
         let told: Vec<f64> = (0..200).map(|j| if j % 3 == 0 { 1.0 + random.next() } else { 0.0 }).collect();
         let b = DVector::from_fn(ROWS, |i, _| (0..200).map(|j| a[(i, j)] * told[j]).sum());
-        let (x, residual) = nonnegative(&a, &b, 200, |_, _| Ok(false)).unwrap();
+        let (x, residual) = nonnegative(a.as_ref(), &b, 200, |_, _| Ok(false)).unwrap();
         assert!(residual.norm() < 1e-9 * b.norm());
         assert!(x.iter().zip(&told).all(|(x, told)| (x - told).abs() < 1e-7)); // a condition of 1e2, squared
     }

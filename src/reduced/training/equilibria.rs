@@ -22,7 +22,7 @@ const TRAINING: EquilibriumOptions =
 const ITERATED: usize = 800_000;
 const LEAST_ITERATIONS: usize = 100;
 /// Solvers at once, each with a factor of its own: some tens of megabytes for 10^4 vertices.
-const MOST_SOLVERS: usize = 8;
+const MOST_SOLVERS: usize = 16;
 /// Poses that are nearer than this, in model sizes, are the same.
 const SAME: f64 = 1e-6;
 
