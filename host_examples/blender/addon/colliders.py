@@ -14,6 +14,7 @@ from . import stack
 from .meshes import DISABLED, SCALE_TOLERANCE, Refused, evaluated, faces_of, present, rest_positions, triangles
 
 FLAT = 1e-5    # of the longest side: what is thinner is taken for a plane
+DEEP = 0.125   # of the longest side: the most that the Collision modifier makes an open mesh solid behind its faces
 MOVERS = stack.CARRIERS | {"MESH_CACHE", "WAVE"}  # modifiers that may deform a mesh from frame to frame
 COULOMB = 0.01  # Blender's cloth multiplies its friction of 0 to 80 by this
 
@@ -66,10 +67,12 @@ def surface(item):
     return item.shellwarp_collider.friction, item.shellwarp_collider.thickness
 
 
-def depth(item):
-    """How far an open mesh is solid behind its faces, 0 for the library's default: the Collision modifier's inner thickness, or the role's."""
+def depth(item, points):
+    """How far an open mesh is solid behind its faces, 0 for the library's default: the role's, or the Collision modifier's inner thickness.
+
+    The latter is 20 cm unless set, however small the object: an eighth of its longest side at most."""
     theirs = modifier(item)
-    return item.shellwarp_collider.depth if theirs is None else theirs.thickness_inner
+    return item.shellwarp_collider.depth if theirs is None else min(theirs.thickness_inner, DEEP * float(numpy.ptp(points, axis=0).max()))
 
 
 def is_open(mesh):
@@ -106,7 +109,7 @@ def prepared(item, depsgraph, package, known):
     points = points @ stretch.T
     settings, kind = item.shellwarp_collider, kind_of(item, points)
     friction, thickness = surface(item)
-    sheet = {"one_sided": True, "depth": depth(item)} if kind in ("MESH", "DEFORMING") and is_open(seen(item, depsgraph)) else {}
+    sheet = {"one_sided": True, "depth": depth(item, points)} if kind in ("MESH", "DEFORMING") and is_open(seen(item, depsgraph)) else {}
     deforms = faces_of(seen(item, depsgraph)) if kind == "DEFORMING" else b""
     key = hashlib.blake2b(deforms or points.astype(numpy.float32).tobytes() + faces.tobytes())
     key.update(repr((item.name_full, kind, friction, thickness, settings.cells, len(points), sheet)).encode())

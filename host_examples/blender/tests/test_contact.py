@@ -5,6 +5,7 @@ import types
 import unittest
 from pathlib import Path
 
+import bmesh
 import bpy
 import numpy
 import scene as scenes
@@ -225,12 +226,27 @@ class Open(Case):
                     item.collision.thickness_inner, item.collision.thickness_outer = 0.08, 0.001
                 else:
                     collide(item, "MESH").shellwarp_collider.depth = 0.08
-                self.assertEqual(part("colliders").depth(item), numpy.float32(0.08))
+                self.assertEqual(part("colliders").depth(item, numpy.array([[0, 0, 0], [1, 0, 0]])), numpy.float32(0.08))
                 play(30)
                 self.assertEqual(self.message(obj), "")
                 # The back is at 0.02, and a grid of cells of 1/64 rounds what is within a cell of its rim.
                 self.assertLess(shown(obj)[:, 2].max(), 0.022)
                 self.assertGreater(run_of(obj).report()["contact_count"], 0)
+
+    def test_a_small_bowl_with_blenders_own_settings_catches_the_strips_end(self):
+        """Its inner thickness of 20 cm is more than the bowl."""
+        obj, item = add_strip(), ball(0.04, (0.29, 0.015, -0.06))
+        half = bmesh.new()
+        half.from_mesh(item.data)
+        bmesh.ops.delete(half, geom=[vertex for vertex in half.verts if vertex.co.z > 0.001], context="VERTS")
+        bmesh.ops.reverse_faces(half, faces=half.faces)   # its inside is its front
+        half.to_mesh(item.data)
+        item.modifiers.new("Collision", "COLLISION")
+        play(30)
+        self.assertEqual(self.message(obj), "")
+        self.assertTrue(part("colliders").is_sheet(item, bpy.context.evaluated_depsgraph_get()))
+        self.assertGreater(run_of(obj).report()["contact_count"], 0)
+        self.assertLess(self.depth(obj), 1e-4)
 
     def test_an_open_mesh_that_deforms_lifts_the_strip(self):
         obj, item = add_strip(), ground()
