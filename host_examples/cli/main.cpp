@@ -374,6 +374,17 @@ int tell_unknown(const CLI::App &command, int argc, char **argv) {
   return kWrongUsage;
 }
 
+// CLI11's own words, "--wind: 3 required X Y Z missing", read as if 3 of something were wanted. They begin with the option's name.
+int tell_missing(const CLI::App &command, const std::string &words) {
+  const std::string name = words.substr(0, words.find(':'));
+  const CLI::Option *option = command.get_option_no_throw(name);
+  if (option)
+    std::fprintf(stderr, "shellwarp: %s takes %s, and some of it is missing\n", name.c_str(), option->get_type_name().c_str());
+  else
+    std::fprintf(stderr, "shellwarp: %s\n", words.c_str());
+  return kWrongUsage;
+}
+
 int run_command_line(int argc, char **argv) {
   CLI::App app{"Thin shells in real time by modal warping"};
   app.set_version_flag("--version", std::string("shellwarp ") + sw_version_string());
@@ -416,6 +427,8 @@ int run_command_line(int argc, char **argv) {
     app.parse(argc, argv);
   } catch (const CLI::ExtrasError &) {
     return tell_unknown(*app.get_subcommands().front(), argc, argv);
+  } catch (const CLI::ArgumentMismatch &error) {
+    return tell_missing(*app.get_subcommands().front(), error.what());
   } catch (const CLI::ParseError &error) {
     return app.exit(error) == 0 ? 0 : kWrongUsage;
   }

@@ -166,7 +166,9 @@ std::string write_new_scene(const std::string &path, const std::string &mesh_pat
   if (!own) write_obj(folder, mesh_name.string(), mesh.positions, mesh);
   folder.put_in_place();
   const std::size_t n = vertices_at(*find_side(held), mesh).size();
-  return format("%s is held, %zu of the vertices, and %c is up", held.c_str(), n, up);
+  const std::string beside = own ? "" : "; its leaf is " + (folder_path / mesh_name).string();
+  const std::string editors = schema ? std::string("; editors complete its keys by ") + kSchemaName : "";
+  return format("%s is held, %zu of the vertices, and %c is up", held.c_str(), n, up) + beside + editors;
 }
 
 }  // namespace cli

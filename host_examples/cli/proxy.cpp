@@ -36,6 +36,16 @@ SwMeshDesc desc_of(const Mesh &mesh) {
   return shellwarp::mesh_desc(mesh.positions.data(), mesh.n_vertices(), mesh.triangles.data(), mesh.n_triangles());
 }
 
+// The library names no option of this program.
+shellwarp::Proxy proxy_of(const Mesh &file, const SwProxyDesc &desc) {
+  try {
+    return shellwarp::Proxy(desc_of(file), desc);
+  } catch (const shellwarp::Error &error) {
+    if (error.status() != SW_ERROR_INVALID_MESH || (desc.flags & SW_PROXY_CUT)) throw;
+    throw std::runtime_error(std::string(error.what()) + ": --proxy-cut (proxy_cut)");
+  }
+}
+
 // Those of which at least half is the group's; of a group that is smaller than that, the nearest ones.
 std::set<uint32_t> carried_group(const std::set<uint32_t> &group, const Mesh &proxy) {
   std::set<uint32_t> carried;
@@ -103,7 +113,7 @@ void tell_frequencies(const std::string &path, const Mesh &file, const Mesh &pro
 Mesh make_proxy(const Mesh &file, const ProxyOptions &options, std::optional<double> weld, const std::vector<uint32_t> &held) {
   SwProxyDesc desc = proxy_desc_of(options, weld);
   desc.held = held.data(), desc.n_held = static_cast<uint32_t>(held.size());
-  const shellwarp::Proxy made(desc_of(file), desc);
+  const shellwarp::Proxy made = proxy_of(file, desc);
   Mesh mesh;
   mesh.positions = made.positions();
   mesh.triangles = made.triangles();

@@ -282,6 +282,18 @@ Material find_material(const Scene &scene, const Mesh &mesh, ProgressBar &progre
   throw std::runtime_error("none of the modes swings, so there is no frequency to set: hold some vertices, --weld (weld) pieces that only touch, or give k_bend");
 }
 
+// The library names no option of this program.
+static shellwarp::Model model_of(const Scene &scene, const Mesh &mesh, const SwMaterialDesc &material, const SwSupportDesc &supports) {
+  try {
+    return shellwarp::Model(
+        shellwarp::mesh_desc(mesh.positions.data(), mesh.n_vertices(), mesh.triangles.data(), mesh.n_triangles()), material, supports);
+  } catch (const shellwarp::Error &error) {
+    if (error.status() != SW_ERROR_INVALID_MESH || mesh.proxy) throw;
+    throw std::runtime_error(std::string(error.what()) + "; shellwarp check " + scene.mesh_path +
+                             " lists all; --proxy 1000 --proxy-cut (proxy, proxy_cut) simulates a mesh made of this one");
+  }
+}
+
 shellwarp::Model make_model(const Scene &scene, const Mesh &mesh, ProgressBar &progress) {
   const SupportVertices supports = find_supports(scene, mesh);
   const std::vector<MaterialFile> maps = material_maps(scene.material, mesh);
@@ -299,9 +311,7 @@ shellwarp::Model make_model(const Scene &scene, const Mesh &mesh, ProgressBar &p
   material.n_directions = static_cast<uint32_t>(directions.size() / 3);
   const TieLists ties = find_ties(scene, mesh);
   set_ties(ties, material);
-  shellwarp::Model model(
-      shellwarp::mesh_desc(mesh.positions.data(), mesh.n_vertices(), mesh.triangles.data(), mesh.n_triangles()),
-      material, support_desc(supports));
+  shellwarp::Model model = model_of(scene, mesh, material, support_desc(supports));
 
   SwPrecomputeDesc desc = shellwarp::precompute_desc();
   desc.modes = scene.modes;

@@ -230,11 +230,12 @@ class Classes(unittest.TestCase):
                     told = ran.stdout + ran.stderr
                     self.assertEqual(ran.returncode, REFUSED, told)
                     self.assertRegex(told, "(vertex|vertices|edge) .*[0-9]")
+                    self.assertIn("--proxy-cut", told)
                 ran = run("proxy", path, "150")
                 self.assertEqual(ran.returncode, REFUSED, ran.stdout)
                 self.assertIn(words, ran.stderr)
                 self.assertRegex(ran.stderr, r"vertex [0-9]+ at \(")
-                self.assertIn("let the proxy be cut", ran.stderr)
+                self.assertIn("let the proxy be cut: --proxy-cut (proxy_cut)", ran.stderr)
                 self.simulated(path, "--proxy", "150", "--proxy-cut")
 
     def test_what_is_no_mesh_is_refused_with_the_place(self):

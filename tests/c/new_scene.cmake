@@ -13,6 +13,9 @@ function(run exit)
 endfunction()
 
 run(0 new-scene "${OUT}/first.toml")
+if(NOT said MATCHES "its leaf is [^\n]*first.obj; editors complete its keys by scene.schema.json")
+  message(FATAL_ERROR "not all files are named: ${said}")
+endif()
 run(0 run "${OUT}/first.toml" --frames 60)
 # Between what nobody sees and what no leaf does, and nothing to be changed.
 if(NOT said MATCHES "moved: up to 0\\.0[0-9]+ m, [1-9][0-9]* %" OR NOT said MATCHES "certified: about [0-9.]+ % of the largest displacement off" OR said MATCHES "try:")

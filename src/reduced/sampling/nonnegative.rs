@@ -98,10 +98,8 @@ impl<'a> ActiveSet<'a> {
         let unit = if whole > 0.0 { 1.0 / whole } else { 0.0 };
         let r: Vec<f32> = residual.iter().map(|r| (r * unit) as f32).collect();
         let open = |j: usize| self.x[j] == 0.0 && !self.barred[j];
-        let ranges = threads::map(&self.strips, pass(r.len() * self.x.len() / 4), |strip| {
-            self.arch.dispatch(|| strip.gains(&r, whole, open))
-        })
-        .concat();
+        let pass = pass(r.len() * self.x.len() / 4);
+        let ranges = threads::map(&self.strips, pass, |strip| strip.gains(self.arch, (&r, whole), open)).concat();
         // What is surely as good as the last of the best, and those that may be better.
         let mut sure: Vec<f64> = ranges.iter().flatten().map(|[low, _]| *low).collect();
         sure.sort_by(|p, q| q.total_cmp(p));
@@ -281,14 +279,13 @@ impl Strip {
     }
 
     /// Of each `open` column, a number that its gain, aᵀr/|a|, is surely not below, and one that it is not above; of r, its direction.
-    #[inline(always)]
-    fn gains(&self, r: &[f32], whole: f64, open: impl Fn(usize) -> bool) -> Vec<Option<[f64; 2]>> {
+    fn gains(&self, arch: Arch, (r, whole): (&[f32], f64), open: impl Fn(usize) -> bool) -> Vec<Option<[f64; 2]>> {
         // Of sums of f32, each of rows/32 terms, and of what they are made of.
         let rounding = (r.len() as f64 / SIDE_BY_SIDE as f64 + 64.0) * f64::from(f32::EPSILON);
         let columns = self.entries.chunks_exact(r.len().max(1)).zip(&self.missed).enumerate();
         let gain = |(j, (entries, missed)): (usize, (&[u16], &f64))| {
             open(self.first + j).then(|| {
-                let (middle, off) = (f64::from(rough_dot(entries, r)), missed + rounding);
+                let (middle, off) = (f64::from(arch.dispatch(|| rough_dot(entries, r))), missed + rounding);
                 [whole * (middle - off), whole * (middle + off)]
             })
         };
@@ -348,7 +345,8 @@ mod tests {
         let (a, r) = (columns(300, &mut random), vector(&mut random));
         let set = ActiveSet::new(a.as_ref(), &r, 300);
         let unit: Vec<f32> = r.iter().map(|x| (x / r.norm()) as f32).collect();
-        let ranges: Vec<_> = set.strips.iter().flat_map(|strip| strip.gains(&unit, r.norm(), |j| j != 7)).collect();
+        let ranges: Vec<_> =
+            set.strips.iter().flat_map(|strip| strip.gains(set.arch, (&unit, r.norm()), |j| j != 7)).collect();
         assert!(ranges[7].is_none());
         for (j, range) in ranges.iter().enumerate().filter(|(j, _)| *j != 7) {
             let ([low, high], exact) = (range.unwrap(), gain(&a, &r, j));
