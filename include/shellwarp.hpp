@@ -78,6 +78,7 @@ inline SwColliderDesc collider_desc() { return detail::initialized<SwColliderDes
 inline SwColliderPoseDesc collider_pose_desc() { return detail::initialized<SwColliderPoseDesc>(); }
 inline SwBindingDesc binding_desc() { return detail::initialized<SwBindingDesc>(); }
 inline SwProxyDesc proxy_desc() { return detail::initialized<SwProxyDesc>(); }
+inline SwCalibrationDesc calibration_desc() { return detail::initialized<SwCalibrationDesc>(); }
 inline SwBoundPointsDesc bound_points_desc() { return detail::initialized<SwBoundPointsDesc>(); }
 
 /* A mesh of packed positions (n_vertices x 3) and packed triangles (n_triangles x 3). */
@@ -146,6 +147,8 @@ inline std::vector<SwDiagnostic> check_mesh(const SwMeshDesc &mesh) {
   return diagnostics;
 }
 
+class Proxy;
+
 /* Owns an SwModel. Move only. */
 class Model {
 public:
@@ -201,6 +204,9 @@ public:
   void mode_shape(uint32_t mode, uint32_t shape, double *out, uint32_t n_vertices, uint64_t stride = 0) const {
     check(sw_model_mode_shape(get(), mode, shape, SW_FORMAT_F64, out, stride, n_vertices));
   }
+
+  /* Before precompute: this model is of the proxy's mesh. */
+  inline SwCalibrationInfo calibrate(const Proxy &proxy, const SwCalibrationDesc &desc = calibration_desc());
 
   std::vector<unsigned char> save() const {
     uint64_t size = 0;
@@ -335,6 +341,12 @@ public:
 private:
   std::unique_ptr<SwProxy, detail::Destroy> handle_;
 };
+
+inline SwCalibrationInfo Model::calibrate(const Proxy &proxy, const SwCalibrationDesc &desc) {
+  SwCalibrationInfo info = detail::initialized<SwCalibrationInfo>();
+  check(sw_model_calibrate(get(), proxy.get(), &desc, &info));
+  return info;
+}
 
 /* A small capsule about packed points (n x 3). */
 inline SwCapsuleFit fit_capsule(const double *points, uint32_t n) {

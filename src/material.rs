@@ -7,7 +7,7 @@ mod presets;
 mod ties;
 
 pub use creases::{Crease, Creases};
-pub use maps::{Map, Maps, On, Quantity, mean, mean_cube};
+pub use maps::{Factors, Map, Maps, On, Quantity, mean, mean_cube};
 pub use orthotropy::{Fibres, Orthotropy};
 pub use presets::{PRESETS, Preset};
 pub use ties::{Bond, Tie, TiedTo, bonds, joined, touching};

@@ -2,8 +2,8 @@
 
 use crate::energy::{Energy, Mirror, Source, THIN, Thick, TieEnergy, Yielding, of_material, thick, with_yielding};
 use crate::material::{
-    Bond, Crease, Creases, ElasticSheet, Elasticity, Fibres, Map, Maps, Orthotropy, Quantity, Tie, bonds, joined,
-    touching,
+    Bond, Crease, Creases, ElasticSheet, Elasticity, Factors, Fibres, Map, Maps, Orthotropy, Quantity, Tie, bonds,
+    joined, touching,
 };
 use crate::mesh::NONE;
 use crate::sparse::{Analyses, BlockMatrix, Symbolic};
@@ -312,6 +312,29 @@ impl Shell {
         let energy = energy_of(mesh.clone(), made_of, (&self.clamped, &self.mirrors, &mesh), Some(self.mesh.clone()));
         let analyses = self.analyses.clone(); // the elements are the same, and so is a good order of elimination
         Ok(Self { mesh, energy, rollers, orthotropy, analyses, ..self.copy() })
+    }
+
+    /// The same with triangles' stiffnesses and masses multiplied, of a shell that did not settle or sag yet.
+    pub(crate) fn stiffened(&self, factors: &[Factors]) -> Result<Self> {
+        let poisson = match (self.material, &self.orthotropy) {
+            (Elasticity::Koiter(sheet), Some(_)) => Some(sheet.poisson),
+            _ => None,
+        };
+        let isotropic = with_poisson(self.material, poisson.map(|_| 0.0)); // whose range is another
+        let (maps, material) = self.maps.times(factors, &self.mesh, isotropic)?;
+        let (maps, material) = (Arc::new(maps), with_poisson(material, poisson));
+        let unstressed = match &self.rest_shape {
+            Some(shape) => Arc::new(Mesh { positions: shape.to_vec(), ..Mesh::clone(&self.mesh) }),
+            None => self.mesh.clone(),
+        };
+        let densities = maps.area_density(&self.mesh, &material);
+        let uniform = material.area_density();
+        let (mass, _) = lumped_mass(&unstressed, |t| densities.as_ref().map_or(uniform, |of| of[t]))?;
+        let areas: Arc<[f64]> = lumped_mass(&unstressed, |_| 1.0)?.0.into();
+        let made_of = (material, &maps, &self.creases, &self.orthotropy, &self.bonds);
+        let energy = energy_of(unstressed, made_of, (&self.clamped, &self.mirrors, &self.mesh), None);
+        let (total_mass, analyses) = (mass.iter().sum(), self.analyses.clone());
+        Ok(Self { maps, material, mass, areas, total_mass, energy, analyses, ..self.copy() })
     }
 
     /// The mesh at `positions`, and where it was.

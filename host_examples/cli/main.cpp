@@ -207,6 +207,7 @@ struct SimulateOptions {
 void add_proxy_details(CLI::App &app, ProxyOptions &o) {
   const CLI::Validator at_least_0 = words_for("a number from 0 on", [](double x) { return x >= 0; });
   app.add_option("--proxy-thickness", o.thickness, "Two sides no further apart become the sheet in their middle; 0 keeps both (found)")->check(at_least_0);
+  app.add_flag_callback("--proxy-uncalibrated", [&o] { o.calibrated = false; }, "Do not fit the proxy's stiffness to the mesh's");
   app.add_flag("--proxy-cut", o.cut, "Cut the mesh where it is no manifold, in place of an error");
 }
 

@@ -12,6 +12,10 @@
 #include <string>
 #include <vector>
 
+namespace shellwarp {
+class Proxy;
+}
+
 namespace cli {
 
 class OutputFolder;
@@ -22,6 +26,9 @@ struct ProxySource {
   std::vector<double> weights;   // and theirs
   std::vector<double> file_positions;
   SwProxyInfo info;
+  std::shared_ptr<const shellwarp::Proxy> made{};
+  bool calibrates = true;            // models of it
+  mutable std::string calibrated{};  // what came of the last one's
 };
 
 struct Mesh {

@@ -60,7 +60,7 @@ std::set<uint32_t> carried_group(const std::set<uint32_t> &group, const Mesh &pr
   return carried;
 }
 
-std::vector<double> frequencies_of(const Mesh &mesh, const std::vector<Support> &supports) {
+std::vector<double> frequencies_of(const Mesh &mesh, const std::vector<Support> &supports, std::string *told = nullptr) {
   Scene scene;
   scene.supports = supports;
   const SupportVertices held = find_supports(scene, mesh);
@@ -73,6 +73,7 @@ std::vector<double> frequencies_of(const Mesh &mesh, const std::vector<Support> 
   fixed.fixed = held.fixed.data(), fixed.n_fixed = static_cast<uint32_t>(held.fixed.size());
   fixed.clamped = held.clamped.data(), fixed.n_clamped = static_cast<uint32_t>(held.clamped.size());
   shellwarp::Model model(desc_of(mesh), sheet, fixed);
+  if (told) *told = calibrate(model, mesh);
   SwPrecomputeDesc desc = shellwarp::precompute_desc();
   desc.modes = kCompared + 6;  // and a free shell's six of no frequency
   desc.flags = SW_PRECOMPUTE_LINEAR;
@@ -97,15 +98,23 @@ void tell_frequencies(const std::string &path, const Mesh &file, const Mesh &pro
     std::printf("frequencies: not compared, as %s is no shell: %s\n", path.c_str(), error.what());
     return;
   }
-  const std::size_t n = std::min(own.size(), other.size());
-  double worst = 0;
-  std::printf("frequencies of a sheet, proxy against file, %%:");
-  for (std::size_t k = 0; k < n; ++k) {
-    const double off = 100 * (other[k] / own[k] - 1);
-    worst = std::max(worst, std::fabs(off));
-    std::printf(" %+.2f", off);
-  }
-  std::printf("\nthe first %zu frequencies are off by at most %.2g %%\n", n, worst);
+  const auto compare = [&own](const char *what, const std::vector<double> &other) {
+    const std::size_t n = std::min(own.size(), other.size());
+    double worst = 0;
+    std::printf("frequencies of a sheet, %s against file, %%:", what);
+    for (std::size_t k = 0; k < n; ++k) {
+      const double off = 100 * (other[k] / own[k] - 1);
+      worst = std::max(worst, std::fabs(off));
+      std::printf(" %+.2f", off);
+    }
+    std::printf("\nthe first %zu frequencies are off by at most %.2g %%\n", n, worst);
+  };
+  compare("proxy", other);
+  if (!proxy.proxy->calibrates || supports.empty()) return;
+  std::string told;
+  const std::vector<double> fitted = frequencies_of(proxy, supports, &told);
+  std::printf("%s\n", told.c_str());
+  compare("calibrated proxy", fitted);
 }
 
 }  // namespace
@@ -113,7 +122,8 @@ void tell_frequencies(const std::string &path, const Mesh &file, const Mesh &pro
 Mesh make_proxy(const Mesh &file, const ProxyOptions &options, std::optional<double> weld, const std::vector<uint32_t> &held) {
   SwProxyDesc desc = proxy_desc_of(options, weld);
   desc.held = held.data(), desc.n_held = static_cast<uint32_t>(held.size());
-  const shellwarp::Proxy made = proxy_of(file, desc);
+  const auto kept = std::make_shared<const shellwarp::Proxy>(proxy_of(file, desc));
+  const shellwarp::Proxy &made = *kept;
   Mesh mesh;
   mesh.positions = made.positions();
   mesh.triangles = made.triangles();
@@ -124,6 +134,8 @@ Mesh make_proxy(const Mesh &file, const ProxyOptions &options, std::optional<dou
   mesh.n_file_triangles = file.n_triangles();
   mesh.file_triangles = host::nearest_of(host::middles_of({file.positions, file.triangles}), host::middles_of({mesh.positions, mesh.triangles}));
   from->info = made.info();
+  from->made = kept;
+  from->calibrates = options.calibrated;
   mesh.proxy = from;
   for (const auto &[name, vertices] : file.groups) mesh.groups[name] = carried_group(vertices, mesh);
   return mesh;
@@ -148,6 +160,20 @@ std::string describe_proxy(const SwProxyInfo &info) {
   add(info.n_cut, " places are cut and may part");
   if (info.n_pieces > 1) add(info.n_pieces, " pieces do not hang together");
   return told;
+}
+
+std::string calibrate(shellwarp::Model &model, const Mesh &mesh) {
+  try {
+    const SwCalibrationInfo found = model.calibrate(*mesh.proxy->made);
+    char text[256];
+    std::snprintf(text, sizeof text, "calibrated on %u vertices: under gravity the proxy was %.2g %% off, now %.2g %%; stretching by %.2f to %.2f, bending by %.2f to %.2f",
+                  found.n_compared, 100 * found.difference_before, 100 * found.difference_after, found.stretching_min, found.stretching_max, found.bending_min,
+                  found.bending_max);
+    return text;
+  } catch (const shellwarp::Error &error) {
+    if (error.status() == SW_ERROR_CANCELLED || error.status() == SW_ERROR_OUT_OF_MEMORY) throw;
+    return std::string("not calibrated: ") + error.what();
+  }
 }
 
 int run_proxy_command(const ProxyCommand &command) {

@@ -14,6 +14,7 @@ struct ProxyOptions {
   uint32_t vertices = 0;             // 0: no proxy
   std::optional<double> thickness;  // sides no further apart become one; 0 keeps both; else they are found
   bool cut = false;                  // where the file is no manifold
+  bool calibrated = true;            // its stiffness is fitted to the file's
 };
 
 // The proxy of a file's mesh, scaled. Vertices within `weld` of each other are one. `mesh.of_file` tells the nearest vertex of the proxy, groups come along,
@@ -22,6 +23,9 @@ Mesh make_proxy(const Mesh &file, const ProxyOptions &options, std::optional<dou
 
 // "2009 vertices and 3990 triangles stand for 13117 vertices; ..."
 std::string describe_proxy(const SwProxyInfo &info);
+
+// Fits the stiffness of a model of `mesh`, which is a proxy, to that of the file; what came of it, or why nothing did, in words.
+std::string calibrate(shellwarp::Model &model, const Mesh &mesh);
 
 // `shellwarp proxy`: makes a proxy, writes it unless `out` is empty, and tells how near it comes to the file's mesh: vertices, and ten frequencies where that is a shell.
 struct ProxyCommand {

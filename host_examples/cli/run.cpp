@@ -227,6 +227,8 @@ int run_scene(Scene scene, const RunOptions &options, OutputFolder *folder, Page
   if (folder && writes(scene, "pc2")) cache.emplace(*folder, scene.name + ".pc2", mesh.n_vertices());
   Warnings warnings;
   const shellwarp::Model model = precompute(scene, mesh, options.quiet);
+  if (mesh.proxy && !mesh.proxy->calibrated.empty() && !options.quiet)
+    std::printf("%s: proxy: %s\n", scene.mesh_path.c_str(), mesh.proxy->calibrated.c_str());
   std::vector<std::string> warned = warnings.taken();
   if (const std::string note = settle_choice(model, mesh, scene); !note.empty()) warned.push_back(note);
   if (render) bind_render_mesh(scene, model, options.quiet, *render);

@@ -355,7 +355,8 @@ void read_proxy(Section &section, Scene &scene) {
     scene.proxy.thickness = *thickness;
   }
   scene.proxy.cut = section.flag("proxy_cut").value_or(false);
-  for (const char *key : {"proxy_thickness", "proxy_cut"})
+  scene.proxy.calibrated = section.flag("proxy_calibrated").value_or(true);
+  for (const char *key : {"proxy_thickness", "proxy_cut", "proxy_calibrated"})
     if (section.find(key) && !scene.proxy.vertices) section.fail(*section.find(key), std::string(key) + " goes with proxy");
   if (scene.proxy.vertices && scene.render_path.empty()) scene.render_path = scene.mesh_path;
 }

@@ -22,6 +22,7 @@ std::string Notes::warning() const {
   if (rest_stretched > kStretched)
     say("the rest shape's edges have changed by " + number(std::round(100 * rest_stretched)) + " %, which the shell's stiffness does not know of");
   if (!maps_unused.empty()) say("these maps do nothing with this kind of stiffness: " + maps_unused);
+  if (!uncalibrated.empty()) say("the proxy is not as stiff as the mesh that it stands for: " + uncalibrated);
   if (inside > kInside)
     say("the shell is " + number(std::round(1000 * inside) / 10) + " % of its size inside a collider: more modes, contact patches, or pushing it out for the eye");
   if (stored_of_others) say("the frames on disk are of another mesh, or of other settings: play from the start frame, and write them again");

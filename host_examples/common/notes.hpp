@@ -18,6 +18,7 @@ struct Notes {
   double supports_missed = 0;      // SwStateReport.support_miss over the mesh's size
   double rest_stretched = 0;       // SwStateReport.rest_stretch
   std::string maps_unused;         // those that the kind of stiffness does not take
+  std::string uncalibrated;        // why a proxy is as stiff as its own mesh, and not as the mesh that it stands for
   double inside = 0;               // SwStateReport.deepest_penetration over the mesh's size; of what is pushed out, what is left of it
   uint64_t builds = 0, steps = 0;  // so far; a sub-frame's part of a step is not counted
 
@@ -32,7 +33,7 @@ struct Notes {
   uint32_t warnings() const {
     return 1u * !turn_in_range | 2u * (handles_missed > 0) | 4u * jumped | 8u * floats | 16u * !certified.empty() |
            32u * (supports_missed > kMissed) | 64u * stored_of_others | 128u * (inside > kInside) | 256u * (rest_stretched > kStretched) |
-           512u * !maps_unused.empty();
+           512u * !maps_unused.empty() | 1024u * !uncalibrated.empty();
   }
 };
 

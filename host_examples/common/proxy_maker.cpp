@@ -56,8 +56,9 @@ void ProxyMaker::make(const Request &request, const std::vector<uint32_t> &trian
     desc.progress_user = const_cast<std::function<bool()> *>(&request.interrupted);
   }
   try {
-    const shellwarp::Proxy proxy(
+    proxy_ = std::make_shared<const shellwarp::Proxy>(
         shellwarp::mesh_desc(mesh.points.data(), mesh.n_points(), triangles.data(), static_cast<uint32_t>(triangles.size() / 3)), desc);
+    const shellwarp::Proxy &proxy = *proxy_;
     points_ = proxy.positions();
     triangles_ = proxy.triangles();
     proxy.sources(sources_, weights_);
@@ -89,6 +90,7 @@ void ProxyMaker::take_place(Request &request, bool anew) {
         const std::size_t from = 3 * std::size_t{sources_[3 * v + k]};
         for (std::size_t c = 0; c < 3; ++c) proxy.points[3 * v + c] += weights_[3 * v + k] * (mesh.points[from + c] - rest_[from + c]);
       }
+  request.build.proxy = proxy_;
   request.drawn = std::move(mesh.points);
   mesh = std::move(proxy);
 }

@@ -4,6 +4,7 @@
 #include "request.hpp"
 
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 namespace host {
@@ -22,6 +23,7 @@ private:
   std::vector<double> points_;     // its own then
   std::vector<uint32_t> triangles_, sources_;
   std::vector<double> weights_;
+  std::shared_ptr<const shellwarp::Proxy> proxy_;
 };
 
 }  // namespace host

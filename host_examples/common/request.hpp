@@ -7,9 +7,14 @@
 
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
+
+namespace shellwarp {
+class Proxy;
+}
 
 namespace host {
 
@@ -105,6 +110,7 @@ struct Build {
   std::vector<Crease> creases;
   std::vector<double> rest_shape;  // the points without stress (n x 3), where the mesh is not that
   Stiffness stiffness;  // its frequency or sag alone needs no precompute
+  std::shared_ptr<const shellwarp::Proxy> proxy;  // the runner's own: that whose mesh is simulated, by which models are calibrated
 };
 
 // How the shell moves; a change starts again from the start frame.

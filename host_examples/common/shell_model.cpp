@@ -180,6 +180,24 @@ void precompute(shellwarp::Model &model, SwPrecomputeDesc desc, const Listener &
   }
 }
 
+// Why it could not be, or nothing.
+std::string calibrate(shellwarp::Model &model, const Build &build, const Listener &listener) {
+  if (!build.proxy || (build.held.empty() && build.axis_supports.empty())) return "";
+  SwCalibrationDesc desc = shellwarp::calibration_desc();
+  if (listener.interrupted) {
+    desc.progress = report_progress;
+    desc.progress_user = const_cast<Listener *>(&listener);
+  }
+  try {
+    model.calibrate(*build.proxy, desc);
+    return "";
+  } catch (const shellwarp::Error &error) {
+    if (error.status() == SW_ERROR_CANCELLED) throw Interrupted();
+    if (error.status() == SW_ERROR_OUT_OF_MEMORY) throw;
+    return error.what();
+  }
+}
+
 void require(bool good, const char *name, double value, const char *range) {
   if (!good) throw HostError(std::string(name) + " is " + number(value) + "; it must be " + range);
 }
@@ -268,6 +286,7 @@ ShellModel::ShellModel(const Mesh &mesh, const Build &build, double gravity, con
                        const std::function<void(uint32_t, double)> &progress)
     : rest_(mesh.points), floats_(build.held.empty() && build.axis_supports.empty()), model_(make_model(mesh, build)) {
   const Listener listener{interrupted, progress};
+  uncalibrated_ = calibrate(model_, build, listener);
   precompute(model_, precompute_desc(build), listener);
   find_slowest();
   if (needs_choice(build.method) && !chosen_unasked(build)) {
@@ -339,7 +358,7 @@ uint64_t build_key(const Mesh &mesh, const Build &build) {
   hash.add(build.creases.size()).add_all(build.rest_shape);
   for (const AxisSupport &support : build.axis_supports) hash.add(support.vertex).add(support.axes).add(support.symmetric);
   for (const Tie &tie : build.ties) hash.add(tie.vertex).add(tie.to).add(tie.to_face).add(tie.stiffness);
-  hash.add(build.axis_supports.size()).add(build.ties.size()).add(build.tie_within);
+  hash.add(build.axis_supports.size()).add(build.ties.size()).add(build.tie_within).add(build.proxy != nullptr);
   const Stiffness &s = build.stiffness;
   hash.add_all(s.density_map);
   if (s.by_look()) return hash.add(s.thickness).value();

@@ -14,6 +14,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <string>
 
 namespace host {
 
@@ -37,6 +38,7 @@ public:
   const std::vector<double> &rest() const { return rest_; }  // n x 3
   uint32_t n_points() const { return static_cast<uint32_t>(rest_.size() / 3); }
   bool floats() const { return floats_; }  // nothing holds it
+  const std::string &uncalibrated() const { return uncalibrated_; }  // why the stiffness of a proxy is not that of its asset
   double slowest() const {
     return slowest_;
   }  // Hz of the slowest mode that swings, in the library's seconds; 0 where none does
@@ -50,6 +52,7 @@ private:
 
   std::vector<double> rest_;
   bool floats_;
+  std::string uncalibrated_;
   shellwarp::Model model_;
   double slowest_ = 0;
   // The last sag that was asked for, and its clock: found once, by a search.

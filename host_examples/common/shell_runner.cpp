@@ -232,6 +232,7 @@ void ShellRunner::build(const Request &request, const At &at) {
   faces_key_ = faces_key;
   state_.reset();
   notes_.floats = model_->floats();
+  notes_.uncalibrated = model_->uncalibrated();
 }
 
 void ShellRunner::restart(const Request &request) {

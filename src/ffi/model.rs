@@ -66,6 +66,8 @@ pub(super) struct ModelContent {
     pub(super) unit: Option<f64>,
     /// What follows from that with a model that was precomputed.
     pub(super) weight: Option<OwnWeight>,
+    /// Whether its stiffness was fitted to an asset's.
+    pub(super) calibrated: bool,
 }
 
 impl ModelContent {
@@ -200,7 +202,7 @@ pub unsafe extern "C" fn sw_model_create(
                 );
                 log(SW_LOG_WARNING, &message);
             }
-            let content = ModelContent { shell, model: None, unit, weight: None };
+            let content = ModelContent { shell, model: None, unit, weight: None, calibrated: false };
             put(model, Box::into_raw(Box::new(SwModel(RwLock::new(content)))));
         }
         Ok(())
@@ -283,8 +285,13 @@ pub unsafe extern "C" fn sw_model_load(bytes: *const c_void, size: u64, model: *
                 return Err(Fault::new(SW_ERROR_INVALID_DATA, message));
             }
             let loaded = Model::load(byte_slice("bytes", bytes, size)?)?;
-            let content =
-                ModelContent { shell: loaded.shell.clone(), model: Some(Arc::new(loaded)), unit: None, weight: None };
+            let content = ModelContent {
+                shell: loaded.shell.clone(),
+                model: Some(Arc::new(loaded)),
+                unit: None,
+                weight: None,
+                calibrated: false,
+            };
             put(model, Box::into_raw(Box::new(SwModel(RwLock::new(content)))));
         }
         Ok(())

@@ -139,6 +139,7 @@ fn status_calls<'a>(model: *mut SwModel, state: *mut SwState) -> Vec<Call<'a>> {
         sw_proxy_triangles(null(), null_mut(), 0),
         sw_proxy_sources(null(), null_mut(), null_mut(), 0),
         sw_proxy_nearest(null(), null_mut(), 0),
+        sw_model_calibrate(null_mut(), null(), null(), null_mut()),
         sw_state_bound_points(state, null(), null()),
         sw_collider_create(null(), null_mut()),
         sw_collider_save(null(), null_mut(), 0, null_mut()),

@@ -71,6 +71,22 @@ pub enum On {
     Triangles = 2,
 }
 
+/// What a triangle's stiffness and mass are multiplied by.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Factors {
+    /// Of the stiffness against stretching.
+    pub stretching: f64,
+    /// Of the stiffness against bending.
+    pub bending: f64,
+    /// Of the mass.
+    pub mass: f64,
+}
+
+impl Factors {
+    /// None.
+    pub const ONE: Self = Self { stretching: 1.0, bending: 1.0, mass: 1.0 };
+}
+
 /// Values of one constant.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Map {
@@ -179,6 +195,53 @@ impl Maps {
                 Some((0..mesh.triangles.len()).map(product).collect())
             }
         }
+    }
+
+    /// The same with stiffnesses and masses of the triangles multiplied, all by maps of triangles. A sheet that resists bending more and stretching as
+    /// before is a thicker one of a lower modulus and density.
+    pub fn times(&self, factors: &[Factors], mesh: &Mesh, material: Elasticity) -> Result<(Self, Elasticity)> {
+        let triangles = 0..mesh.triangles.len();
+        let on_triangles = |quantity, values| Map { quantity, on: On::Triangles, values };
+        let value = |quantity: Quantity| -> Box<dyn Fn(usize) -> f64> {
+            let uniform = quantity.of(&mut { material }).map_or(0.0, |constant| *constant);
+            match self.by_triangle(quantity, mesh) {
+                Some(values) => Box::new(move |t| values[t]),
+                None => Box::new(move |_| uniform),
+            }
+        };
+        let maps = if let Elasticity::Koiter(sheet) = material {
+            let [young, density] = [Quantity::Young, Quantity::VolumeDensity].map(value);
+            let heights = |t: usize| match self.of(Quantity::Thickness) {
+                None => [sheet.thickness; 3],
+                Some(map) if map.on == On::Triangles => [map.values[t]; 3],
+                Some(map) => mesh.triangles[t].map(|v| map.values[v as usize]),
+            };
+            // E h and E h³ are what they were, times their factors.
+            let made = |t: usize| {
+                let (h, Factors { stretching, bending, mass }) = (heights(t), factors[t]);
+                let thickness = (mean_cube(h) / mean(h) * bending / stretching).sqrt();
+                let share = mean(h) / thickness;
+                [young(t) * share * stretching, thickness, density(t) * share * mass]
+            };
+            let made: Vec<[f64; 3]> = triangles.map(made).collect();
+            let quantities = [Quantity::Young, Quantity::Thickness, Quantity::VolumeDensity];
+            let map = |(i, quantity)| on_triangles(quantity, made.iter().map(|values| values[i]).collect());
+            quantities.into_iter().enumerate().map(map).collect()
+        } else {
+            let map = |quantity: Quantity, factor: fn(&Factors) -> f64| {
+                let old = value(quantity);
+                on_triangles(quantity, triangles.clone().map(|t| old(t) * factor(&factors[t])).collect())
+            };
+            let mut maps = vec![
+                map(Quantity::KArea, |f| f.stretching),
+                map(Quantity::KLength, |f| f.stretching),
+                map(Quantity::KBend, |f| f.bending),
+                map(Quantity::AreaDensity, |f| f.mass),
+            ];
+            maps.retain(|map| map.values.iter().any(|x| *x != 0.0)); // what is not resisted has no map
+            maps
+        };
+        Self::new(maps, mesh, material)
     }
 
     /// Those of some vertices and triangles alone.

@@ -82,6 +82,11 @@ impl Fibres {
 }
 
 impl Orthotropy {
+    /// What a host would say of it.
+    pub fn fibres(&self) -> Fibres {
+        Fibres { across: self.across, shear: self.shear, directions: self.given.clone() }
+    }
+
     /// The same with directions carried from the triangles of `mesh` to those of `shape`.
     pub fn carried(&self, mesh: &Mesh, shape: &Mesh) -> Result<Self> {
         let along = self.along.iter().enumerate().map(|(t, along)| carried(t, *along, mesh, shape));

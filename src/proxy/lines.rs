@@ -19,10 +19,14 @@ const CORNER: f64 = 0.71;
 const SMALL_LOOP: f64 = 4.0;
 /// What is held is narrow where it is not so many edges of the proxy wide: its outline would lie too near another line.
 const NARROW: f64 = 0.4;
+/// Of the mean of directions to all around: a cone of 45 degrees to its axis has the cosine of that.
+const POINTED: f64 = 0.71;
 
 /// Which lines there are beside boundaries.
 #[derive(Clone, Copy)]
 pub struct Kept<'a> {
+    /// Where there are more, the surface is rough at this scale, and none is kept.
+    pub most_tips: usize,
     pub creases: bool,
     /// Vertices whose outline is one (n_vertices, or none).
     pub held: &'a [bool],
@@ -77,6 +81,12 @@ impl Lines {
         lines.trace(manifold, &edges, edge);
         if !kept.held.is_empty() {
             lines.ends_of_held(manifold, kept.held, edge);
+        }
+        for v in if kept.most_tips > 0 { tips(manifold, edge, kept.most_tips) } else { vec![] } {
+            if lines.places[v as usize] == Place::Free {
+                lines.places[v as usize] = Place::Corner;
+                lines.any_inner = true;
+            }
         }
         lines.plant(manifold, &edges)?;
         Ok(lines)
@@ -269,6 +279,64 @@ fn outline(manifold: &Manifold, held: &[bool], edge: f64, length: impl Fn(u32) -
         length >= SHORTEST_CREASE * edge && (area == 0.0 || area >= NARROW * edge * length)
     });
     found
+}
+
+/// The ends of what is pointed at the scale of `edge`, such as a hat's or a tail's: vertices around which all within an edge lies to one side, the most
+/// pointed first and no two within an edge. A proxy without them is shorter.
+fn tips(manifold: &Manifold, edge: f64, most: usize) -> Vec<u32> {
+    let n = manifold.positions.len();
+    let mut around: Vec<Vec<u32>> = vec![vec![]; n];
+    let mut open = vec![false; n];
+    for h in 0..manifold.twins.len() as u32 {
+        let [a, b] = self::ends(manifold, h);
+        around[a as usize].push(b);
+        around[b as usize].push(a);
+        if manifold.twins[h as usize] == NONE {
+            (open[a as usize], open[b as usize]) = (true, true);
+        }
+    }
+    let mut seen = vec![NONE; n];
+    let mut ball = vec![];
+    let mut pointed: Vec<(f64, u32)> = vec![];
+    for v in (0..n).filter(|v| !open[*v]) {
+        let x = manifold.positions[v];
+        ball.clear();
+        ball.push(v as u32);
+        seen[v] = v as u32;
+        let (mut sum, mut count, mut at, mut ends) = (Vec3::zeros(), 0.0, 0, false);
+        while at < ball.len() && !ends {
+            for &w in &around[ball[at] as usize] {
+                ends |= open[w as usize];
+                if std::mem::replace(&mut seen[w as usize], v as u32) == v as u32 {
+                    continue;
+                }
+                let way = manifold.positions[w as usize] - x;
+                let away = way.norm();
+                if away > 0.5 * edge {
+                    // Beyond the ball and the ring around it nothing is looked at.
+                    sum += way / away;
+                    count += 1.0;
+                }
+                if away <= edge {
+                    ball.push(w);
+                }
+            }
+            at += 1;
+        }
+        let sharpness = sum.norm() / f64::max(count, 1.0);
+        if sharpness > POINTED && !ends {
+            pointed.push((sharpness, v as u32));
+        }
+    }
+    pointed.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+    let mut found: Vec<u32> = vec![];
+    for (_, v) in pointed {
+        let x = manifold.positions[v as usize];
+        if found.iter().all(|w| (manifold.positions[*w as usize] - x).norm() > edge) {
+            found.push(v);
+        }
+    }
+    if found.len() <= most { found } else { vec![] }
 }
 
 /// Edges between triangles at an angle that is there, too, half an edge of the proxy away from them.

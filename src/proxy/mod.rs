@@ -7,7 +7,9 @@
 //! | edges of more than two triangles and one-sided strips are refused or cut | `link` |
 //! | boundaries and creases are found at the proxy's scale | `lines` |
 //! | the rest is remeshed evenly | `remesh`, `edit`, `ground` |
+//! | a shell on it is made to answer as one on the asset does | `calibrate` |
 
+mod calibrate;
 mod edit;
 mod ground;
 mod lines;
@@ -15,6 +17,8 @@ mod link;
 mod remesh;
 mod sides;
 mod soup;
+
+pub use calibrate::{Calibration, calibrate};
 
 use crate::mesh::NONE;
 use crate::{Error, ErrorKind, Mesh, Result, Vec3};
@@ -24,6 +28,7 @@ use lines::{Kept, Lines};
 use link::Manifold;
 use remesh::{edge_length, remesh};
 use soup::Soup;
+use std::sync::Arc;
 
 /// The most vertices that a proxy has.
 pub const MOST_VERTICES: usize = 4_000_000;
@@ -34,6 +39,9 @@ const WORST_WITH_CREASES: f64 = 0.3;
 /// And without the outline of what is held: where that is off by half an edge, so is what the shell hangs by. A leaf on a proxy of a tenth is 6.6 % off with a triangle
 /// of 0.24, and 13.7 % without its outline.
 const WORST_HELD: f64 = 0.2;
+
+/// Vertices of the proxy for each tip that it keeps: of a rough surface none.
+const TIP: usize = 30;
 
 /// How two sides are treated.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -81,8 +89,23 @@ pub struct Proxy {
     pub sources: Vec<Source>,
     /// Of each vertex of the asset, the nearest of the proxy.
     pub nearest: Vec<u32>,
+    /// What it stands for.
+    pub sheet: Arc<Sheet>,
     /// What was done.
     pub info: Info,
+}
+
+/// An asset made ready: a manifold of its own vertices, two sides as one sheet, small pieces and holes gone.
+#[derive(Clone, Debug)]
+pub struct Sheet {
+    /// In the asset's axes and lengths.
+    pub positions: Vec<Vec3>,
+    /// Turned alike.
+    pub triangles: Vec<[u32; 3]>,
+    /// What supports hold, ascending.
+    pub held: Vec<u32>,
+    /// Of each vertex of the asset, which it is here; [`NONE`] of one that is left out.
+    pub of_asset: Vec<u32>,
 }
 
 /// What was done to an asset, and what came out.
@@ -153,14 +176,30 @@ impl Proxy {
         info.n_holes_closed =
             link::close_holes(&mut manifold, |manifold| Ok(edge_over(manifold, &Ground::new(manifold)?, wanted)))?;
         let mut part = |share: f64| heard(0.1 + 0.8 * share);
-        let made = made(&manifold, &marked(&soup, &manifold, held), wanted, &mut part)?;
+        let of_asset = of_asset(&soup, &manifold, scale.length_inward(info.thickness))?;
+        let mut marked = marked(&soup, &manifold, held);
+        let there = held.iter().map(|v| of_asset[*v as usize]).filter(|v| *v != NONE);
+        there.for_each(|v| marked[v as usize] = true);
+        let made = made(&manifold, &marked, wanted, &mut part)?;
         info.edge_length = scale.length_outward(made.1);
-        let proxy = Self::finished(&soup, &manifold, made, info)?;
+        let sheet = Sheet {
+            positions: manifold.positions.iter().map(|x| scale.outward(x)).collect(),
+            triangles: manifold.triangles.clone(),
+            held: (0u32..).zip(&marked).filter(|(_, held)| **held).map(|(v, _)| v).collect(),
+            of_asset,
+        };
+        let proxy = Self::finished(&soup, &manifold, made, sheet.into(), info)?;
         heard(1.0)?;
         Ok(proxy)
     }
 
-    fn finished(soup: &Soup, manifold: &Manifold, (made, edge): (edit::Edit, f64), mut info: Info) -> Result<Self> {
+    fn finished(
+        soup: &Soup,
+        manifold: &Manifold,
+        (made, edge): (edit::Edit, f64),
+        sheet: Arc<Sheet>,
+        mut info: Info,
+    ) -> Result<Self> {
         let scale = soup.scale();
         let (inward, mut triangles, old) = made.packed();
         crate::collider::sort_triangles(&inward, &mut triangles);
@@ -206,7 +245,7 @@ impl Proxy {
             }
         }
         let nearest = soup.welded.iter().map(|w| if *w == NONE { 0 } else { of_soup[*w as usize] }).collect();
-        Ok(Self { positions: checked.positions, triangles, sources, nearest, info })
+        Ok(Self { positions: checked.positions, triangles, sources, nearest, sheet, info })
     }
 }
 
@@ -301,6 +340,21 @@ fn area_of(manifold: &Manifold, t: usize) -> f64 {
     0.5 * (b - a).cross(&(c - a)).norm()
 }
 
+/// Of each vertex of the asset, the first of the manifold's that it became, or of one on a side that was left out, no further off than `reach`, the nearest; or [`NONE`].
+fn of_asset(soup: &Soup, manifold: &Manifold, reach: f64) -> Result<Vec<u32>> {
+    let mut of_soup = vec![NONE; soup.positions.len()];
+    manifold.soup.iter().enumerate().rev().for_each(|(number, v)| of_soup[*v as usize] = number as u32);
+    if reach > 0.0 {
+        let ground = Ground::new(manifold)?;
+        for (x, number) in soup.positions.iter().zip(&mut of_soup).filter(|(_, number)| **number == NONE) {
+            let Some(foot) = ground.nearest(x, reach, |_| true) else { continue };
+            let corner = (0..3).max_by(|i, j| foot.weights[*i].total_cmp(&foot.weights[*j]).then(j.cmp(i)));
+            *number = manifold.triangles[foot.triangle as usize][corner.unwrap_or(0)];
+        }
+    }
+    Ok(soup.welded.iter().map(|w| of_soup.get(*w as usize).copied().unwrap_or(NONE)).collect())
+}
+
 /// Of the manifold's vertices, which are `held` ones of the asset; none where no one is.
 fn marked(soup: &Soup, manifold: &Manifold, held: &[u32]) -> Vec<bool> {
     if held.is_empty() {
@@ -311,7 +365,7 @@ fn marked(soup: &Soup, manifold: &Manifold, held: &[u32]) -> Vec<bool> {
     manifold.soup.iter().map(|v| of_soup[*v as usize]).collect()
 }
 
-/// The remesh with creases and the outline of what is held, or without creases and without either where these leave bad triangles.
+/// The remesh with tips, creases and the outline of what is held, or without some of these where they leave bad triangles.
 fn made(manifold: &Manifold, held: &[bool], wanted: usize, heard: &mut remesh::Heard) -> Result<(edit::Edit, f64)> {
     let ground = Ground::new(manifold)?;
     let edge = edge_over(manifold, &ground, wanted);
@@ -332,8 +386,14 @@ fn made(manifold: &Manifold, held: &[bool], wanted: usize, heard: &mut remesh::H
             .fold(1.0, f64::min)
     };
     let mut best: Option<(edit::Edit, f64)> = None;
-    for (creases, held, least) in [(true, held, WORST_WITH_CREASES), (false, held, WORST_HELD), (false, &[][..], 0.0)] {
-        let lines = Lines::new(manifold, &ground, edge, Kept { creases, held })?;
+    let tries = [
+        (wanted / TIP, true, held, WORST_WITH_CREASES),
+        (wanted / TIP, false, held, WORST_WITH_CREASES),
+        (0, false, held, WORST_HELD),
+        (0, false, &[][..], 0.0),
+    ];
+    for (most_tips, creases, held, least) in tries {
+        let lines = Lines::new(manifold, &ground, edge, Kept { most_tips, creases, held })?;
         let made = remesh(manifold, &ground, &lines, wanted, edge, heard)?;
         let found = worst(&made.0);
         if best.as_ref().is_none_or(|best| found > worst(&best.0)) {

@@ -1,4 +1,4 @@
-//! What a proxy of an asset is off: its frequencies and its displacements against those of the asset simulated itself, and of that what following leaves.
+//! What a proxy of an asset is off: its frequencies and its displacements against those of the asset simulated itself, and of that what following leaves. As it is, and calibrated.
 //!
 //! usage: assets [--docs FILE]
 #![allow(missing_docs)]
@@ -12,14 +12,16 @@ use common::{error, leaf, modes_of, read_obj};
 use shellwarp::binding::{Binding, Points};
 use shellwarp::material::ElasticSheet;
 use shellwarp::modes::Modes;
-use shellwarp::proxy::{Options, Proxy, Sides};
+use shellwarp::proxy::{Options, Proxy, Sides, Source, calibrate};
 use shellwarp::reference::Solver;
 use shellwarp::{Mesh, Shell, Supports, Vec3};
 use std::fmt::Write;
 use std::sync::Arc;
 
 const MODES: usize = 10;
-const SHARES: [usize; 2] = [10, 4];
+/// The share of the vertices, whether what is held keeps its outline, and whether the stiffness is calibrated.
+const PROXIES: [(usize, bool, bool); 6] =
+    [(10, false, false), (10, true, false), (10, true, true), (4, false, false), (4, true, false), (4, true, true)];
 const DIRECTIONS: [[f64; 3]; 3] = [[1.0, 0.2, 0.1], [0.1, 1.0, 0.2], [0.2, 0.1, 1.0]];
 /// Of the size, to first order.
 const AIM: f64 = 0.01;
@@ -78,32 +80,84 @@ fn frequencies(modes: &Modes) -> Vec<f64> {
     modes.eigenvalues[..MODES].iter().map(|lambda| lambda.sqrt()).collect()
 }
 
-/// The gravity along a direction that moves the shell by [`AIM`], as its modes tell.
-fn gravity(shell: &Shell, modes: &Modes, along: Vec3) -> Vec3 {
-    let mut u = vec![Vec3::zeros(); shell.mass.len()];
-    for (shape, lambda) in modes.shapes.iter().zip(&modes.eigenvalues) {
-        let work: f64 = shape.iter().zip(&shell.mass).map(|(phi, m)| m * phi.dot(&along)).sum();
-        u.iter_mut().zip(shape).for_each(|(u, phi)| *u += phi * (work / lambda));
-    }
-    along * (AIM * shell.mesh.size / u.iter().map(|u| u.norm()).fold(0.0, f64::max))
-}
-
 fn median(mut values: Vec<f64>) -> f64 {
     values.sort_by(f64::total_cmp);
     values[values.len() / 2]
 }
 
-fn rows(asset: &Asset, table: &mut String) {
+/// What each load does to a shell.
+#[derive(Clone, Copy)]
+enum Load {
+    /// An acceleration.
+    Gravity(Vec3),
+    /// Force per area, along the normals.
+    Pressure(f64),
+    /// An acceleration of what is near the vertex furthest from what is held.
+    Pull(Vec3, Vec3, f64),
+}
+
+impl Load {
+    fn on(&self, shell: &Shell) -> Vec<Vec3> {
+        let x = &shell.mesh.positions;
+        match *self {
+            Self::Gravity(g) => shell.mass.iter().map(|m| *m * g).collect(),
+            Self::Pull(g, tip, reach) => {
+                let share = |x: &Vec3| (-(x - tip).norm_squared() / (reach * reach)).exp();
+                shell.mass.iter().zip(x).map(|(m, x)| *m * share(x) * g).collect()
+            }
+            Self::Pressure(p) => {
+                let mut forces = vec![Vec3::zeros(); x.len()];
+                for t in &shell.mesh.triangles {
+                    let [a, b, c] = t.map(|v| x[v as usize]);
+                    t.iter().for_each(|v| forces[*v as usize] += p / 6.0 * (b - a).cross(&(c - a)));
+                }
+                forces
+            }
+        }
+    }
+
+    fn times(&self, factor: f64) -> Self {
+        match *self {
+            Self::Gravity(g) => Self::Gravity(factor * g),
+            Self::Pull(g, tip, reach) => Self::Pull(factor * g, tip, reach),
+            Self::Pressure(p) => Self::Pressure(factor * p),
+        }
+    }
+}
+
+/// The load that moves the shell by [`AIM`], as its modes tell.
+fn aimed(shell: &Shell, modes: &Modes, load: Load) -> Load {
+    let forces = load.on(shell);
+    let mut u = vec![Vec3::zeros(); shell.mass.len()];
+    for (shape, lambda) in modes.shapes.iter().zip(&modes.eigenvalues) {
+        let work: f64 = shape.iter().zip(&forces).map(|(phi, f)| phi.dot(f)).sum();
+        u.iter_mut().zip(shape).for_each(|(u, phi)| *u += phi * (work / lambda));
+    }
+    load.times(AIM * shell.mesh.size / u.iter().map(|u| u.norm()).fold(0.0, f64::max))
+}
+
+/// Of the size: how far a pull reaches. Of the first loads' displacements: how far the last go.
+const REACH: f64 = 0.1;
+const FURTHER: f64 = 5.0;
+
+fn rows(asset: &Asset, table: &mut String, others: &mut String) {
     let Asset { name, positions, triangles, held } = asset;
     let size = Mesh::new(positions.clone(), triangles).unwrap().size;
     let own = shell(positions, triangles, held.clone(), size);
     let modes = modes_of(&own, MODES);
     let own_frequencies = frequencies(&modes);
-    // The load of the asset, by its mass, on both.
-    let loads: Vec<Vec3> = DIRECTIONS.iter().map(|along| gravity(&own, &modes, Vec3::from(*along))).collect();
-    let exact: Vec<Vec<Vec3>> =
-        loads.iter().map(|g| settled(&own, &own.mass.iter().map(|m| *m * g).collect::<Vec<_>>())).collect();
-    for (share, keep) in SHARES.into_iter().flat_map(|share| [(share, false), (share, true)]) {
+    let away = |v: &u32| {
+        held.iter().map(|h| (positions[*h as usize] - positions[*v as usize]).norm()).fold(f64::INFINITY, f64::min)
+    };
+    let tip = *own.free.iter().max_by(|v, w| away(v).total_cmp(&away(w))).unwrap();
+    let gravity = DIRECTIONS.map(|along| aimed(&own, &modes, Load::Gravity(along.into())));
+    let pulls =
+        [0, 1, 2].map(|c| aimed(&own, &modes, Load::Pull(Vec3::ith(c, 1.0), positions[tip as usize], REACH * size)));
+    let mut loads: Vec<Load> = gravity.into_iter().chain(pulls).collect();
+    loads.push(aimed(&own, &modes, Load::Pressure(1.0)));
+    loads.extend(gravity.map(|load| load.times(FURTHER)));
+    let exact: Vec<Vec<Vec3>> = loads.iter().map(|load| settled(&own, &load.on(&own))).collect();
+    for (share, keep, fit) in PROXIES {
         let n_vertices = positions.len() / share;
         let options = Options { n_vertices, weld: 0.0, sides: Sides::Find, cut: false, keep_pieces: false };
         let made =
@@ -111,7 +165,10 @@ fn rows(asset: &Asset, table: &mut String) {
         let mut fixed: Vec<u32> = held.iter().map(|v| made.nearest[*v as usize]).collect();
         fixed.sort_unstable();
         fixed.dedup();
-        let proxy = shell(&made.positions, &made.triangles, fixed, size);
+        let mut proxy = shell(&made.positions, &made.triangles, fixed, size);
+        if fit {
+            proxy = Arc::new(calibrate(&proxy, &made, &[], &mut |_| Ok(())).unwrap().0);
+        }
         let off = frequencies(&modes_of(&proxy, MODES))
             .iter()
             .zip(&own_frequencies)
@@ -120,40 +177,58 @@ fn rows(asset: &Asset, table: &mut String) {
         let (low, high) =
             (off.iter().copied().fold(f64::INFINITY, f64::min), off.iter().copied().fold(-f64::INFINITY, f64::max));
         let binding = Binding::new(&proxy, &Points { positions, ..Points::default() }).unwrap();
-        let (mut whole, mut following) = (vec![], vec![]);
-        for (g, exact) in loads.iter().zip(&exact) {
-            let u = settled(&proxy, &proxy.mass.iter().map(|m| *m * g).collect::<Vec<_>>());
-            whole.push(100.0 * error(&followed(&binding, &proxy, &u, positions), exact));
-            // The proxy's vertices where the asset has them.
-            let there: Vec<Vec3> = made
-                .sources
-                .iter()
-                .map(|s| s.vertices.iter().zip(s.weights).map(|(v, w)| w * exact[*v as usize]).sum())
-                .collect();
-            following.push(100.0 * error(&followed(&binding, &proxy, &there, positions), exact));
-        }
+        let wrong = |i: usize| {
+            let u = settled(&proxy, &loads[i].on(&proxy));
+            100.0 * error(&followed(&binding, &proxy, &u, positions), &exact[i])
+        };
+        let whole: Vec<f64> = (0..3).map(wrong).collect();
+        // The proxy's vertices where the asset has them.
+        let following = exact[..3].iter().map(|exact| {
+            let at = |s: &Source| s.vertices.iter().zip(s.weights).map(|(v, w)| w * exact[*v as usize]).sum();
+            let there: Vec<Vec3> = made.sources.iter().map(at).collect();
+            100.0 * error(&followed(&binding, &proxy, &there, positions), exact)
+        });
         let worst = whole.iter().copied().fold(0.0, f64::max);
         let line = format!(
-            "| {name} | {} | {} | {} | {low:+.1} to {high:+.1} | {:.1} | {worst:.1} | {:.2} |",
+            "| {name} | {} | {} | {} | {} | {low:+.1} to {high:+.1} | {:.1} | {worst:.1} | {:.2} |",
             positions.len(),
             made.positions.len(),
             if keep { "kept" } else { "" },
-            median(whole),
-            median(following)
+            if fit { "yes" } else { "" },
+            median(whole.clone()),
+            median(following.collect())
         );
         println!("{line}");
         writeln!(table, "{line}").unwrap();
+        if keep && share == 10 {
+            let list = |range: std::ops::Range<usize>| {
+                range.map(|i| format!("{:.1}", wrong(i))).collect::<Vec<_>>().join(", ")
+            };
+            let line = format!(
+                "| {name} | {} | {} | {} | {} |",
+                if fit { "yes" } else { "" },
+                list(3..6),
+                list(6..7),
+                list(7..10)
+            );
+            println!("{line}");
+            writeln!(others, "{line}").unwrap();
+        }
     }
 }
 
 fn main() {
     let arguments: Vec<String> = std::env::args().collect();
     let mut table = String::from(
-        "| asset | vertices | proxy | outline of supports | ten frequencies, % | displacement, median % | worst % | following alone, % |\n|---|---|---|---|---|---|---|---|\n",
+        "| asset | vertices | proxy | outline of supports | calibrated | ten frequencies, % | displacement, median % | worst % | following alone, % |\n|---|---|---|---|---|---|---|---|---|\n",
+    );
+    let mut others = String::from(
+        "| asset | calibrated | pulls, % | pressure, % | gravity, five times as far, % |\n|---|---|---|---|---|\n",
     );
     println!("{table}");
-    assets().iter().for_each(|asset| rows(asset, &mut table));
+    assets().iter().for_each(|asset| rows(asset, &mut table, &mut others));
     if let Some(at) = arguments.iter().position(|a| a == "--docs") {
         docs::put_section(&arguments[at + 1], "assets", &table).unwrap();
+        docs::put_section(&arguments[at + 1], "others", &others).unwrap();
     }
 }

@@ -333,7 +333,7 @@ void a_scene_may_simulate_a_proxy_of_its_file() {
     if (std::fabs(x - 4) < 0.4) continue;  // a triangle of the file beside the border, 0.2 wide at this scale
     CHECK(directions[t] == (x > 4 ? 0 : 1) && directions[t + 1] == (x > 4 ? 1 : 0) && heavy.at(0).values[t / 3] == (x > 4 ? 2000 : 1000));
   }
-  for (const char *wrong : {"proxy_cut = true\n", "proxy_thickness = 0.1\n", "proxy = 100\nproxy_thickness = -1\n"}) {
+  for (const char *wrong : {"proxy_cut = true\n", "proxy_calibrated = false\n", "proxy_thickness = 0.1\n", "proxy = 100\nproxy_thickness = -1\n"}) {
     bool refused = false;
     try {
       cli::read_scene(write_file("slab_wrong.toml", std::string("mesh = 'slab.obj'\n") + wrong));

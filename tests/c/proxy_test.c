@@ -165,7 +165,82 @@ static void what_is_wrong_is_named(void) {
   sw_proxy_destroy(NULL);
 }
 
+/* A model of a proxy's mesh, held where x < 0.1. */
+static SwModel *model_on(const SwProxy *proxy) {
+  static uint32_t fixed[MOST];
+  const SwProxyInfo info = made_of(proxy);
+  OK(sw_proxy_positions(proxy, SW_FORMAT_F64, x, 0, info.n_vertices));
+  OK(sw_proxy_triangles(proxy, &t[0][0], info.n_triangles));
+  uint32_t n_fixed = 0;
+  for (uint32_t v = 0; v < info.n_vertices; ++v)
+    if (x[v][0] < 0.101) fixed[n_fixed++] = v;
+  SwMeshDesc coarse;
+  sw_mesh_desc_init(&coarse);
+  coarse.position_format = SW_FORMAT_F64, coarse.positions = x, coarse.n_vertices = info.n_vertices;
+  coarse.triangles = &t[0][0], coarse.n_triangles = info.n_triangles;
+  SwSupportDesc supports;
+  sw_support_desc_init(&supports);
+  supports.fixed = fixed, supports.n_fixed = n_fixed;
+  SwMaterialDesc sheet;
+  sw_material_desc_init(&sheet);
+  sheet.energy = SW_ENERGY_KOITER, sheet.young = 1e9, sheet.poisson = 0.3, sheet.thickness = 0.01, sheet.volume_density = 1000;
+  SwModel *model = NULL;
+  OK(sw_model_create(&coarse, &sheet, &supports, &model));
+  return model;
+}
+
+static void a_model_is_calibrated_by_its_proxy_once_and_before_its_precompute(void) {
+  const SwMeshDesc mesh = make_asset();
+  uint32_t held[ASSET], n_held = 0;
+  for (uint32_t v = 0; v < ASSET; ++v)
+    if (asset[v][0] < 0.101) held[n_held++] = v;
+  SwProxyDesc desc = wanted(60);
+  SwProxy *unheld = NULL, *proxy = NULL;
+  OK(sw_proxy_create(&mesh, &desc, &unheld));
+  desc.held = held, desc.n_held = n_held;
+  OK(sw_proxy_create(&mesh, &desc, &proxy));
+  SwModel *model = model_on(proxy);
+  SwCalibrationInfo info;
+  sw_calibration_info_init(&info);
+  SwCalibrationDesc how;
+  sw_calibration_desc_init(&how);
+  FAILS(sw_model_calibrate(NULL, proxy, NULL, &info), SW_ERROR_INVALID_ARGUMENT, "model");
+  FAILS(sw_model_calibrate(model, NULL, NULL, &info), SW_ERROR_INVALID_ARGUMENT, "proxy");
+  how.flags = 1;
+  FAILS(sw_model_calibrate(model, proxy, &how, &info), SW_ERROR_INVALID_ARGUMENT, "flags");
+  how.flags = 0, how.n_held = 1;
+  FAILS(sw_model_calibrate(model, proxy, &how, &info), SW_ERROR_INVALID_ARGUMENT, "desc->held");
+  const uint32_t nobody = ASSET;
+  how.held = &nobody;
+  FAILS(sw_model_calibrate(model, proxy, &how, &info), SW_ERROR_INVALID_ARGUMENT, "held[0] is vertex");
+  how.held = NULL, how.n_held = 0;
+  int left = 2;
+  how.progress = count_and_cancel, how.progress_user = &left;
+  FAILS(sw_model_calibrate(model, proxy, &how, &info), SW_ERROR_CANCELLED, "cancelled");
+  SwModel *other = model_on(unheld);
+  FAILS(sw_model_calibrate(other, unheld, NULL, &info), SW_ERROR_UNSUPPORTED, "held");
+  OK(sw_model_calibrate(model, proxy, NULL, &info));
+  CHECK(info.n_compared == SIDE && info.n_patches >= 4 && info.n_loads >= 3); /* of the slab the sheet in its middle */
+  CHECK(info.difference_after < 0.5 * info.difference_before);
+  CHECK(info.stretching_min >= 0.25 && info.stretching_max <= 4 && info.bending_min >= 0.25 && info.bending_max <= 4);
+  CHECK_NEAR(info.mass_before, 1, 1e-9); /* a flat square */
+  FAILS(sw_model_calibrate(model, proxy, NULL, &info), SW_ERROR_INVALID_ARGUMENT, "calibrated before");
+  precompute(model, 4, SW_PRECISION_F64);
+  how.progress = NULL;
+  how.held = held, how.n_held = n_held; /* what the proxy was not told */
+  OK(sw_model_calibrate(other, unheld, &how, NULL));
+  sw_model_destroy(other);
+  other = model_on(proxy);
+  precompute(other, 4, SW_PRECISION_F64);
+  FAILS(sw_model_calibrate(other, proxy, NULL, NULL), SW_ERROR_INVALID_ARGUMENT, "precomputed before");
+  sw_model_destroy(other);
+  sw_model_destroy(model);
+  sw_proxy_destroy(proxy);
+  sw_proxy_destroy(unheld);
+}
+
 int main(void) {
+  RUN(a_model_is_calibrated_by_its_proxy_once_and_before_its_precompute);
   RUN(a_slab_is_carried_by_the_sheet_in_its_middle);
   RUN(what_is_wrong_is_named);
   return report_failures();

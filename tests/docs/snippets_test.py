@@ -113,7 +113,38 @@ C = {
             read_positions();
             for (int v = 0; v < 3; v++) expect(fabsf(positions[v][2] - 0.01f) < 1e-6f, "the supports are where they were sent");"""),
     ],
-    "render_mesh": [("sw_binding_create", READY + """
+    "render_mesh": [("sw_model_calibrate", """
+        begin();
+        const uint32_t held[3] = {0, 1, 2};
+        SwMeshDesc asset, mesh;
+        sw_mesh_desc_init(&asset);
+        asset.position_format = SW_FORMAT_F32, asset.positions = positions, asset.n_vertices = n;
+        asset.triangles = &triangles[0][0], asset.n_triangles = 80;
+        SwProxyDesc wanted;
+        sw_proxy_desc_init(&wanted);
+        wanted.n_vertices = 40, wanted.held = held, wanted.n_held = 3;
+        SwProxy *proxy = NULL;
+        checked(sw_proxy_create(&asset, &wanted, &proxy));
+        SwProxyInfo made;
+        sw_proxy_info_init(&made);
+        checked(sw_proxy_info(proxy, &made));
+        double *x = malloc(24 * made.n_vertices);
+        uint32_t *t = malloc(12 * made.n_triangles), nearest[n], clamped[3];
+        checked(sw_proxy_positions(proxy, SW_FORMAT_F64, x, 0, made.n_vertices));
+        checked(sw_proxy_triangles(proxy, t, made.n_triangles));
+        checked(sw_proxy_nearest(proxy, nearest, n));
+        for (int k = 0; k < 3; k++) clamped[k] = nearest[held[k]];
+        sw_mesh_desc_init(&mesh);
+        mesh.position_format = SW_FORMAT_F64, mesh.positions = x, mesh.n_vertices = made.n_vertices;
+        mesh.triangles = t, mesh.n_triangles = made.n_triangles;
+        SwSupportDesc supports;
+        sw_support_desc_init(&supports);
+        supports.clamped = clamped, supports.n_clamped = 3;""", """
+        double hertz[16];
+        uint32_t count;
+        checked(sw_model_frequencies(model, hertz, 16, &count));
+        expect(hertz[0] > 0, "the model on the proxy swings");"""),
+                    ("sw_binding_create", READY + """
         float vertices[n][3], normals[n][3], vertices_out[n][3], normals_out[n][3], velocities_out[n][3];
         memcpy(vertices, positions, sizeof vertices);
         for (int v = 0; v < n; v++) normals[v][0] = normals[v][1] = 0, normals[v][2] = 1;

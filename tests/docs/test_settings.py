@@ -8,8 +8,8 @@ ROOT = Path(__file__).resolve().parents[2]
 HOSTS = ROOT / "host_examples"
 PAGE = (ROOT / "docs" / "reference" / "settings.md").read_text(encoding="utf-8")
 COLUMNS = ("scene", "blender", "maya", "houdini")
-# What every deformer of Maya has of its own; and what Blender keeps for its lists.
-NOT_OURS, INTERNAL = {"envelope", "weights"}, {"active_handle", "active_render", "baked_mesh"}
+# What every deformer of Maya has of its own; and what Blender keeps for its lists, and of how a proxy was made.
+NOT_OURS, INTERNAL = {"envelope", "weights"}, {"active_handle", "active_render", "baked_mesh", "proxy_vertices", "proxy_thickness", "proxy_cut", "proxy_held"}
 
 
 def listed():

@@ -2336,6 +2336,7 @@ void a_proxy_is_made_of_a_slab_which_follows_it() {
   for (const double frame : {0.0, 1.0, 2.0, 3.0}) runner.evaluate(at_frame(request, frame));
   const std::vector<double> &x = runner.deformed();
   CHECK(x.size() == request.mesh.points.size() && runner.notes().builds == 1);
+  CHECK(runner.notes().uncalibrated.empty());
   CHECK(runner.rest() == request.mesh.points);
   double lowest = 0;
   for (std::size_t i = 0; i < side; ++i) {

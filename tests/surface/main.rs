@@ -9,6 +9,7 @@ mod plates;
 
 mod axis_supports;
 mod binding;
+mod calibrate;
 mod mesh;
 mod moving_rest;
 mod moving_rest_full;

@@ -201,7 +201,8 @@ def read_shell(obj, depsgraph):
     recipe = read_recipe(obj, depsgraph, package, moves_freely(rest, fixed, clamped, axes, symmetric))
     for name, values in maps.items():
         key.update(name.encode() + values.tobytes())
-    key.update(repr((material, fixed, clamped, axes, symmetric, ties, recipe, folds)).encode())
+    made = (settings.proxy_vertices, settings.proxy_thickness, settings.proxy_cut, settings.proxy_held) if settings.proxy_calibrated else ()
+    key.update(repr((material, fixed, clamped, axes, symmetric, ties, recipe, folds, made)).encode())
     for array in (unstressed, directions):
         key.update(b"" if array is None else array.tobytes())
     return shell, scale, recipe, key.digest()

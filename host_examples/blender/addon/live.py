@@ -11,7 +11,7 @@ from contextlib import contextmanager
 import bpy
 from bpy.app.handlers import persistent
 
-from . import colliders, library, render_mesh, shape_key, stack
+from . import colliders, library, proxy, render_mesh, shape_key, stack
 from .render_mesh import display
 from .inputs import Refused, check_named, groups_of, read_inputs, read_output, read_shares, read_shell, split_matrix
 from .jobs import Job
@@ -98,9 +98,10 @@ def start(obj, depsgraph):
         return None
     if under_way is None or under_way.key != key or under_way.cancelled:
         forget(obj)
+        calibrate = proxy.remade(obj, scale)
 
         def make(progress):
-            return Simulation(package, shell, scale, recipe, key, progress)
+            return Simulation(package, shell, scale, recipe, key, progress, calibrate)
         _jobs[obj.session_uid] = Job(make, key)
     return job(obj)
 

@@ -196,6 +196,8 @@ def draw_renders(layout, obj):
     column.operator("shellwarp.add_render", text="", icon="ADD")
     column.operator("shellwarp.remove_render", text="", icon="REMOVE")
     if len(settings.renders):
+        if settings.proxy_vertices:
+            layout.prop(settings, "proxy_calibrated")
         layout.prop(obj, "visible_camera", text="Camera sees the proxy")
         layout.prop(obj, "visible_shadow", text="The proxy casts shadows")
         if obj.hide_render and not bake.baked(obj):

@@ -114,6 +114,14 @@ class ShellwarpSettings(bpy.types.PropertyGroup):
     live: BoolProperty(override=OVER, name="Live", default=True, options=NOT_KEYED,
                        description="Move on frame changes, into the shape key “shellwarp”. Off: the mesh is left alone")
 
+    # How it was made of the first mesh that follows, where it was: 0 of one by hand.
+    proxy_vertices: IntProperty(override=OVER, min=0, options=NOT_KEYED)
+    proxy_thickness: FloatProperty(override=OVER, min=0, options=NOT_KEYED)
+    proxy_cut: BoolProperty(override=OVER, options=NOT_KEYED)
+    proxy_held: bpy.props.StringProperty(override=OVER, options=NOT_KEYED)   # groups, by lines
+    proxy_calibrated: BoolProperty(override=OVER, name="As stiff as the render mesh", default=True, options=NOT_KEYED,
+                                   description="Fit the proxy's stiffness so that it hangs as the first mesh that follows would")
+
     material: EnumProperty(override=OVER, name="Material", default="CONSTANTS", options=NOT_KEYED, items=[
         ("CONSTANTS", "Constants", "The paper's four numbers, which are the mesh's and the unit's"),
         ("PRESET", "Known material", "A sheet by name: docs/reference/materials.md"),

@@ -16,8 +16,8 @@ def make(context, asset, vertices, thickness, cut):
     positions, faces = rest_positions(asset.data), triangles(asset.data)
     if not len(faces):
         raise Refused("it has no faces")
-    pinned = [numpy.flatnonzero(weights(asset, name, or_zero=True, outside=0.0) > HELD) for name in pin_groups(asset)]
-    held = numpy.unique(numpy.concatenate([numpy.zeros(0, int), *pinned]))
+    names = pin_groups(asset)
+    held = held_of(asset, names)
     with library.package().Proxy(positions, faces, vertices, thickness=thickness, cut=cut, held=held) as made:
         info, points, corners = made.info(), made.positions(), made.triangles()
         groups = {group.name: made.carried(weights(asset, group.name, or_zero=True, outside=0.0)) for group in asset.vertex_groups}
@@ -33,10 +33,45 @@ def make(context, asset, vertices, thickness, cut):
     obj.visible_camera = obj.visible_shadow = False
     obj.shellwarp.enabled = True
     obj.shellwarp.renders.add().target = asset
+    settings = obj.shellwarp
+    settings.proxy_vertices, settings.proxy_thickness, settings.proxy_cut, settings.proxy_held = vertices, thickness, cut, "\n".join(names)
     bpy.ops.object.select_all(action="DESELECT")
     obj.select_set(True)
     context.view_layer.objects.active = obj
     return obj, words(info)
+
+
+def held_of(asset, names):
+    """Vertices of the asset in groups of these names."""
+    groups = [numpy.flatnonzero(weights(asset, name, or_zero=True, outside=0.0) > HELD) for name in names if name in asset.vertex_groups]
+    return numpy.unique(numpy.concatenate([numpy.zeros(0, int), *groups]))
+
+
+def remade(obj, scale):
+    """A function that calibrates a model of the object, a proxy, by the mesh that it was made of; None where it was made by hand, or is to be left as it is.
+
+    What it reads of the scene is read now. The function says what came of it, or None where the object is not that proxy any more."""
+    settings = obj.shellwarp
+    asset = settings.renders[0].target if len(settings.renders) else None
+    if not settings.proxy_vertices or not settings.proxy_calibrated or asset is None or asset.type != "MESH":
+        return None
+    package, faces = library.package(), triangles(asset.data)
+    positions = rest_positions(asset.data).astype(numpy.float64) * scale
+    options = {"thickness": settings.proxy_thickness * scale, "cut": settings.proxy_cut, "held": held_of(asset, settings.proxy_held.split("\n"))}
+    held, n_vertices = held_of(asset, pin_groups(obj)), settings.proxy_vertices
+
+    def calibrate(model, shell):
+        if not len(held):
+            return None
+        with package.Proxy(positions, faces, n_vertices, **options) as made:
+            if made.n_vertices != len(shell.positions) or not numpy.array_equal(made.triangles(), shell.triangles):
+                return None
+            try:
+                return model.calibrate(made, held)
+            except (package.UnsupportedError, package.NumericalError, package.InvalidMeshError):
+                return None
+
+    return calibrate
 
 
 def pin_groups(asset):

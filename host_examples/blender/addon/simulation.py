@@ -34,15 +34,17 @@ class Known:
 class Simulation:
     """Model, state and known frames of one shell."""
 
-    def __init__(self, package, shell, scale, recipe, key, progress=None):
+    def __init__(self, package, shell, scale, recipe, key, progress=None, calibrate=None):
         self.key, self.scale, self.recipe, self.held = key, scale, recipe, held(shell)
         self._areas, self._package = areas(shell), package
         self._rest = numpy.asarray(shell.positions / scale, numpy.float32)
+        fit = None if calibrate is None else partial(calibrate, shell=shell)
         if recipe.frequency:
-            shell = package.look.at_frequency(shell, recipe.frequency, dict(recipe.options)["modes"], progress)
+            shell = package.look.at_frequency(shell, recipe.frequency, dict(recipe.options)["modes"], progress, fit)
         if recipe.sag:
-            shell = package.look.at_sag(shell, recipe.sag[0], recipe.sag[1:], modes=dict(recipe.options)["modes"], progress=progress)
+            shell = package.look.at_sag(shell, recipe.sag[0], recipe.sag[1:], modes=dict(recipe.options)["modes"], progress=progress, calibrate=fit)
         self.model = package.Model(shell)
+        self.calibration = fit(self.model) if fit else None  # what it found
         try:
             self.model.precompute(progress=progress, **dict(recipe.options))
         except Exception as error:

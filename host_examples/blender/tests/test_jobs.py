@@ -23,11 +23,11 @@ class Slow(Case):
         self.addCleanup(setattr, part("live"), "Simulation", real)
         self.addCleanup(self.gate.set)
 
-        def slow(package, shell, scale, recipe, key, progress):
+        def slow(package, shell, scale, recipe, key, progress, calibrate):
             while not self.gate.wait(0.002):
                 if not progress("rotation", 0.4):
                     raise RuntimeError("stopped")
-            return real(package, shell, scale, recipe, key, progress)
+            return real(package, shell, scale, recipe, key, progress, calibrate)
         part("live").Simulation = slow
 
     def looked_at(self):

@@ -96,6 +96,11 @@ class Made(Case):
             play(frame)
         self.assertEqual(self.message(proxy), "")
         self.assertGreater(numpy.abs(shown(slab) - rest).max(), 1e-3)
+        found = part("live").simulation(proxy).calibration   # by the group of the same name on the slab
+        self.assertLess(found["difference_after"], found["difference_before"])
+        s.proxy_calibrated = False
+        play(2)
+        self.assertIsNone(part("live").simulation(proxy).calibration)
 
     def test_what_cannot_be_is_refused_and_nothing_is_left_behind(self):
         proxy, slab = self.pair()

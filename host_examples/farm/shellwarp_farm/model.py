@@ -114,7 +114,7 @@ def model_key(tables):
         "material": [type(material).__name__, *dataclasses.astuple(material), tables["material"].get("frequency"), *_sag(tables)], "directions": shell.directions,
         "maps": dict(shell.maps), "creases": list(shell.creases), "rest": shell.rest_positions,
         "axes": sorted(shell.axes.items()), "symmetric": sorted(shell.symmetric.items()), "ties": [list(shell.ties), list(shell.triangle_ties), shell.tie_distance],
-        "options": _options_here(tables, shell), "library": library_digest()})
+        "options": _options_here(tables, shell), "calibrated": simulated_at(tables).calibrates is not None, "library": library_digest()})
 
 
 def prepare(tables, cache):
@@ -168,15 +168,31 @@ def _sag(tables):
     return [tables["material"]["sag"], list(tables["gravity"])] if look_of(tables["material"]) == "sag" else []
 
 
+def _calibration(shell, proxy):
+    """What calibrates models of the shell by the proxy, where they can be."""
+    def nothing(model):
+        return None
+    if proxy is None:
+        return nothing
+    try:
+        with shellwarp.Model(shell) as model:
+            model.calibrate(proxy)
+    except (shellwarp.UnsupportedError, shellwarp.InvalidMeshError, shellwarp.NumericalError):   # as stiff as its own mesh then
+        return nothing
+    return lambda model: model.calibrate(proxy)
+
+
 def _precompute(tables):
     shell = shell_of(tables)
     options = _options_here(tables, shell)
     look = look_of(tables["material"])
+    calibrate = _calibration(shell, simulated_at(tables).calibrates)
     if look == "frequency":
-        shell = shellwarp.look.at_frequency(shell, tables["material"]["frequency"], tables["options"]["modes"])
+        shell = shellwarp.look.at_frequency(shell, tables["material"]["frequency"], tables["options"]["modes"], calibrate=calibrate)
     elif look == "sag":
         length, gravity = _sag(tables)
-        shell = shellwarp.look.at_sag(shell, length, gravity, modes=tables["options"]["modes"])
+        shell = shellwarp.look.at_sag(shell, length, gravity, modes=tables["options"]["modes"], calibrate=calibrate)
     with shellwarp.Model(shell) as model:
+        calibrate(model)
         model.precompute(**options)
         return model.save()

@@ -27,6 +27,7 @@ class Simulated(NamedTuple):
     n_file_triangles: int
     file_triangles: "numpy.ndarray | slice"   # that each here stands for
     is_other: bool        # than the job's own
+    calibrates: "shellwarp.Proxy | None" = None   # its models
 
 
 def simulated_at(tables):
@@ -35,9 +36,11 @@ def simulated_at(tables):
     n_file = len(asset[0])
     if not tables["proxy"]:
         return Simulated(*asset, n_file, functools.partial(_checked, range(n_file)), lambda values: values, len(asset[1]), slice(None), False)
-    positions, triangles, nearest, sources, weights, file_triangles = _kept_of(_proxy_reader((*sorted(tables["proxy"].items()), ("held", _held_of(tables, asset)))), tables["mesh"])
+    options = {**tables["proxy"], "held": _held_of(tables, asset)}
+    wanted = options.pop("calibrated", True) and options["held"]
+    positions, triangles, nearest, sources, weights, file_triangles, made = _kept_of(_proxy_reader(tuple(sorted(options.items()))), tables["mesh"])
     carried = functools.partial(_carried, sources, weights)
-    return Simulated(positions, triangles, n_file, functools.partial(_checked, nearest), carried, len(asset[1]), file_triangles, True)
+    return Simulated(positions, triangles, n_file, functools.partial(_checked, nearest), carried, len(asset[1]), file_triangles, True, made if wanted else None)
 
 
 def _held_of(tables, asset):
@@ -73,10 +76,10 @@ def _proxy_of(path, vertices=None, thickness=None, cut=False, weld=0.0, held=())
     positions, triangles = mesh_at(path)
     try:
         if vertices is None:
-            return welded(positions, triangles, weld)
-        with shellwarp.Proxy(positions, triangles, vertices, weld=weld, thickness=thickness or 0.0, cut=cut, keep_sides=thickness == 0, held=held) as made:
-            own, corners = made.positions(), made.triangles()
-            return own, corners, made.nearest(), *made.sources(), nearest_of(middles(positions, triangles), middles(own, corners))
+            return *welded(positions, triangles, weld), None
+        made = shellwarp.Proxy(positions, triangles, vertices, weld=weld, thickness=thickness or 0.0, cut=cut, keep_sides=thickness == 0, held=held)
+        own, corners = made.positions(), made.triangles()
+        return own, corners, made.nearest(), *made.sources(), nearest_of(middles(positions, triangles), middles(own, corners)), made
     except (shellwarp.ShellwarpError, SceneError) as error:
         raise SceneError(f"{path}: {error}") from None
 

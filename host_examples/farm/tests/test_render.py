@@ -99,6 +99,9 @@ class Render(unittest.TestCase):
         stage = Usd.Stage.Open(str(self.folder / "out" / f"{job['name']}.usdc"))
         mesh = UsdGeom.Mesh(stage.GetDefaultPrim())
         self.assertEqual(set(mesh.GetFaceVertexCountsAttr().Get()), {4})
+        plain = small.jobs(self.folder, text.replace("proxy = 80", "proxy = 80\nproxy_calibrated = false"))[0]
+        self.bake(plain)
+        self.assertGreater(numpy.abs(self.points(f"{plain['name']}.pc2")[-1] - points[-1]).max(), 1e-6)   # of another stiffness
         for wrong, said in (("proxy = 80", "proxy = 2"), ("proxy = 80", "proxy_cut = true")):
             with self.assertRaisesRegex(SceneError, "asset card: proxy"):
                 read_list(small.write_list(self.folder, text.replace(wrong, said)))

@@ -489,6 +489,34 @@ class SwProxyInfo(Structure):
     ]
 
 
+class SwCalibrationDesc(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("flags", c_uint32),
+        ("progress", SwProgressFn),
+        ("progress_user", c_void_p),
+        ("held", c_void_p),
+        ("n_held", c_uint32),
+        ("reserved", c_uint32),
+    ]
+
+
+class SwCalibrationInfo(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("n_patches", c_uint32),
+        ("n_compared", c_uint32),
+        ("n_loads", c_uint32),
+        ("difference_before", c_double),
+        ("difference_after", c_double),
+        ("stretching_min", c_double),
+        ("stretching_max", c_double),
+        ("bending_min", c_double),
+        ("bending_max", c_double),
+        ("mass_before", c_double),
+    ]
+
+
 class SwConstraintDesc(Structure):
     _fields_ = [
         ("struct_size", c_uint32),
@@ -692,6 +720,7 @@ FUNCTIONS = {
     "sw_proxy_triangles": (c_uint32, [POINTER(SwProxy), c_void_p, c_uint32]),
     "sw_proxy_sources": (c_uint32, [POINTER(SwProxy), c_void_p, c_void_p, c_uint32]),
     "sw_proxy_nearest": (c_uint32, [POINTER(SwProxy), c_void_p, c_uint32]),
+    "sw_model_calibrate": (c_uint32, [POINTER(SwModel), POINTER(SwProxy), POINTER(SwCalibrationDesc), POINTER(SwCalibrationInfo)]),
     "sw_states_step": (c_uint32, [POINTER(POINTER(SwState)), c_uint32, c_double, c_void_p]),
     "sw_set_threads": (c_uint32, [c_uint32]),
     "sw_state_set_constraint": (c_uint32, [POINTER(SwState), POINTER(SwConstraintDesc)]),

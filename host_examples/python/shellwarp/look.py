@@ -23,10 +23,13 @@ def sheet_of(positions: ArrayLike, triangles: ArrayLike, density: float = 1.0, t
     return Material(0.5, math.sqrt(3) / 4 * edge, h * h / 72 * (1 - 1 / 9), density)
 
 
-def at_frequency(shell: Shell, hertz: float, modes: int = 16, progress: "Callable[[str, float], bool | None] | None" = None) -> Shell:
-    """The shell of a Material with stiffnesses by which its slowest swing has a frequency: they go with its square."""
+def at_frequency(shell: Shell, hertz: float, modes: int = 16, progress: "Callable[[str, float], bool | None] | None" = None,
+                 calibrate: "Callable[[Model], object] | None" = None) -> Shell:
+    """The shell of a Material with stiffnesses by which its slowest swing has a frequency: they go with its square. `calibrate` is called with each model before its precompute."""
     _check(shell, "hertz", hertz)
     with Model(shell) as model:
+        if calibrate is not None:
+            calibrate(model)
         model.precompute(modes=modes, progress=progress, reduced_fields=0)
         slowest = next((float(found) for found in model.frequencies() if found > 0), None)
     if slowest is None:
@@ -35,12 +38,14 @@ def at_frequency(shell: Shell, hertz: float, modes: int = 16, progress: "Callabl
 
 
 def at_sag(shell: Shell, length: float, gravity: ArrayLike, tolerance: float = 1e-3, modes: int = 16,
-           progress: "Callable[[str, float], bool | None] | None" = None) -> Shell:
-    """The shell of a Material with stiffnesses by which the full shell hangs so far under gravity: the vertex that moves furthest, a length."""
+           progress: "Callable[[str, float], bool | None] | None" = None, calibrate: "Callable[[Model], object] | None" = None) -> Shell:
+    """The shell of a Material with stiffnesses by which the full shell hangs so far under gravity: the vertex that moves furthest, a length. `calibrate` as of at_frequency."""
     _check(shell, "length", length)
     if not numpy.any(gravity):
         raise InvalidArgumentError("gravity is 0: nothing sags")
     with Model(shell) as model:
+        if calibrate is not None:
+            calibrate(model)
         model.precompute(modes=modes, progress=progress, reduced_fields=0)
         slowest = next((float(found) for found in model.frequencies() if found > 0), 0.0)
         pull = numpy.asarray(gravity, numpy.float64)

@@ -5,7 +5,7 @@ from contextlib import ExitStack
 from ctypes import POINTER, byref, c_double, c_uint32, c_uint64, create_string_buffer, cast, c_void_p, sizeof
 
 import numpy
-from numpy.typing import DTypeLike
+from numpy.typing import ArrayLike, DTypeLike
 
 from . import _abi, _arrays, _library
 from ._handle import Handle
@@ -15,6 +15,7 @@ from .collider import Collider
 from .errors import CancelledError, UnsupportedError
 from .mesh import Shell
 from .method import DEFAULT, methods
+from .proxy import Proxy
 from .state import AXES, State
 
 PRECISIONS = {"f32": _abi.SW_PRECISION_F32, "f64": _abi.SW_PRECISION_F64, "i16": _abi.SW_PRECISION_I16}
@@ -40,6 +41,19 @@ class Model(Handle):
         del mesh_arrays, maps, support_arrays
         self._adopt(pointer)
         self.n_vertices = int(mesh.n_vertices)
+
+    def calibrate(self, proxy: Proxy, held: ArrayLike = ()) -> Report:
+        """Before precompute: fits the stiffness so that the model, which is of the proxy's mesh, answers as the asset would.
+
+        Supports hold the vertices `held` of the asset; none are those that the proxy was made with. SwCalibrationInfo as a dict.
+        """
+        desc, info = _library.initialised(_abi.SwCalibrationDesc), _library.initialised(_abi.SwCalibrationInfo)
+        vertices = _arrays.indices_in(held, "held")
+        desc.held, desc.n_held = _arrays.address(vertices), len(vertices)
+        with proxy._use() as pointer:
+            self._call("sw_model_calibrate", pointer, byref(desc), byref(info))
+        del vertices
+        return as_dict(info)
 
     def precompute(self, modes: int = 16, precision: str = "f32", progress: "Callable[[str, float], bool | None] | None" = None,
                    sag_gravity: Sequence[float] = (0.0, 0.0, 0.0), reduced_fields: "int | None" = None, reduced_elements: int = 0,

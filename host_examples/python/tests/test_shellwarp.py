@@ -1111,6 +1111,33 @@ class Proxies(unittest.TestCase):
         drawn = state.bound_points(sw.Binding(made, positions), ["positions"])["positions"]
         self.assertEqual(drawn.shape, positions.shape)
 
+    def test_a_model_is_as_stiff_as_the_proxys_asset(self):
+        positions, triangles = self.asset()
+        held = numpy.flatnonzero(positions[:, 0] < 0.101)
+        proxy = sw.Proxy(positions, triangles, 60, held=held)
+        shell = sw.Shell(proxy.positions(), proxy.triangles(), sw.Sheet(1e9, 0.3, 0.01, 1000), fixed=numpy.unique(proxy.nearest()[held]))
+        plain, fitted = sw.Model(shell), sw.Model(shell)
+        found = fitted.calibrate(proxy)
+        self.assertLess(found["difference_after"], 0.5 * found["difference_before"])
+        self.assertEqual(found["n_compared"], len(positions) // 2)
+        for model in (plain, fitted):
+            model.precompute(modes=1, reduced_fields=0)
+        # The sheet in the middle of the slab, itself.
+        n = len(positions) // 2
+        middle = 0.5 * (positions[:n] + positions[n:])
+        own = sw.Model(sw.Shell(middle, triangles[:len(triangles) // 2], shell.material, fixed=held[held < n]))
+        own.precompute(modes=1, reduced_fields=0)
+        off = [abs(model.frequencies()[0] / own.frequencies()[0] - 1) for model in (plain, fitted)]
+        self.assertLess(off[1], 0.5 * off[0])
+        for again in (fitted, plain):
+            with self.assertRaisesRegex(sw.InvalidArgumentError, "before: calibrate one that is new"):
+                again.calibrate(proxy)
+        unheld = sw.Proxy(positions, triangles, 60)
+        other = sw.Model(sw.Shell(unheld.positions(), unheld.triangles(), fixed=numpy.unique(unheld.nearest()[held])))
+        with self.assertRaisesRegex(sw.UnsupportedError, "held"):
+            other.calibrate(unheld)
+        other.calibrate(unheld, held)
+
     def test_what_is_no_manifold_is_named_or_cut(self):
         sheets = [[0, 0, 0], [0, 1, 0], [1, 0, 0], [-1, 0, 0], [0, 0, 1]]
         triangles = [[0, 1, 2], [1, 0, 3], [0, 1, 4]]

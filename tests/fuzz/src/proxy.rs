@@ -3,6 +3,7 @@
 use super::host::*;
 use super::input::Input;
 use shellwarp::ffi::mesh::*;
+use shellwarp::ffi::model::*;
 use shellwarp::ffi::pointer::SW_FORMAT_F64;
 use shellwarp::ffi::proxy::*;
 use shellwarp::ffi::status::*;
@@ -70,6 +71,53 @@ fn holds_what_it_says(proxy: *const SwProxy, n_asset: u32) {
     assert!(found.iter().all(|d| d.severity == SW_SEVERITY_WARNING), "a proxy that is no manifold");
 }
 
+/// A model of its mesh, held somewhere, of any sheet: what a calibration tells is finite, or it is refused.
+fn calibrates(proxy: *const SwProxy, n_asset: u32, input: &mut Input) {
+    let mut info = SwProxyInfo::initial();
+    unsafe { ok(sw_proxy_info(proxy, &mut info)) };
+    let (n, t) = (info.n_vertices as usize, info.n_triangles as usize);
+    let (mut x, mut triangles, mut nearest) = (vec![0.0; 3 * n], vec![0u32; 3 * t], vec![0u32; n_asset as usize]);
+    unsafe {
+        ok(sw_proxy_positions(proxy, SW_FORMAT_F64, x.as_mut_ptr().cast(), 0, info.n_vertices));
+        ok(sw_proxy_triangles(proxy, triangles.as_mut_ptr(), info.n_triangles));
+        ok(sw_proxy_nearest(proxy, nearest.as_mut_ptr(), n_asset));
+    }
+    let held: Vec<u32> = (0..1 + input.below(6)).map(|_| input.below(n_asset as usize) as u32).collect();
+    let fixed: Vec<u32> = held.iter().map(|v| nearest[*v as usize]).collect();
+    let mut mesh = SwMeshDesc::initial();
+    (mesh.position_format, mesh.positions, mesh.triangles) = (SW_FORMAT_F64, x.as_ptr().cast(), triangles.as_ptr());
+    (mesh.n_vertices, mesh.n_triangles) = (info.n_vertices, info.n_triangles);
+    let mut material = SwMaterialDesc::initial();
+    if input.one_in(2) {
+        material.energy = SW_ENERGY_KOITER;
+        (material.young, material.poisson) = (input.number(), 0.3);
+        (material.thickness, material.volume_density) = (input.number(), input.number());
+    }
+    let mut supports = SwSupportDesc::initial();
+    if input.one_in(2) {
+        (supports.clamped, supports.n_clamped) = (fixed.as_ptr(), fixed.len() as u32);
+    } else {
+        (supports.fixed, supports.n_fixed) = (fixed.as_ptr(), fixed.len() as u32);
+    }
+    let mut model = null_mut();
+    let status = unsafe { sw_model_create(&mesh, &material, &supports, &mut model) };
+    if status != SW_OK {
+        assert!(model.is_null());
+        return;
+    }
+    let mut how = SwCalibrationDesc::initial();
+    (how.held, how.n_held) = (held.as_ptr(), held.len() as u32);
+    let mut found = SwCalibrationInfo::initial();
+    let status = unsafe { sw_model_calibrate(model, proxy, &how, &mut found) };
+    let known = [SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_MESH, SW_ERROR_NUMERICAL, SW_ERROR_UNSUPPORTED];
+    if ok_or(status, &known) {
+        all_finite("differences", &[found.difference_before, found.difference_after, found.mass_before]);
+        let factors = [found.stretching_min, found.stretching_max, found.bending_min, found.bending_max];
+        assert!(factors.iter().all(|factor| (0.2499..=4.0001).contains(factor)), "{factors:?}");
+    }
+    unsafe { sw_model_destroy(model) };
+}
+
 pub fn run(bytes: &[u8]) {
     let mut input = Input::new(bytes);
     let mut desc = SwProxyDesc::initial();
@@ -88,5 +136,6 @@ pub fn run(bytes: &[u8]) {
         return;
     }
     holds_what_it_says(proxy, asset.x.len() as u32);
+    calibrates(proxy, asset.x.len() as u32, &mut input);
     unsafe { sw_proxy_destroy(proxy) };
 }
