@@ -67,7 +67,9 @@ void prepare_colliders(std::vector<Collider> &colliders, double scale) {
       if (colliders[k].deforms())
         colliders[k].points = std::make_shared<const MovingPoints>(colliders[k].motion_path, read_mesh(file).n_vertices(), scale);
     } catch (const shellwarp::Error &error) {
-      throw std::runtime_error("collider " + std::to_string(k + 1) + (file.empty() ? "" : ", " + file) + ": " + error.what());
+      const bool open = error.status() == SW_ERROR_INVALID_MESH && !colliders[k].one_sided;
+      throw std::runtime_error("collider " + std::to_string(k + 1) + (file.empty() ? "" : ", " + file) + ": " + error.what() +
+                               (open ? "; an open mesh is one-sided by :one-sided (one_sided = true)" : ""));
     }
   }
 }
