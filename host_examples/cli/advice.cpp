@@ -188,8 +188,8 @@ void add_turns(const Summary &summary, std::vector<std::string> &words) {
 void add_full_shell(const Summary &summary, std::vector<std::string> &words) {
   const double share = step_error_share(summary.run);
   if (host::is_full_shell(summary.scene.method) && share > 0)
-    words.push_back(format("this is the full nonlinear shell, by which others are judged; each step is off by up to %.2g %% of the motion, which may add up: half the step tells (--step %.2g)",
-                           100 * share, summary.scene.step() / 2));
+    words.push_back(format("this is the full nonlinear shell, by which others are judged; each step is off by up to %.2g %% of the motion, which may add up: half the step tells (--step %.2g, steps_per_frame = %u)",
+                           100 * share, summary.scene.step() / 2, 2 * summary.scene.steps_per_frame));
 }
 
 // Steps that are too long for the motion.

@@ -106,6 +106,8 @@ double longest_side(const Mesh &mesh) {
 void print_doubt_of_unit(const std::string &path, const Mesh &mesh) {
   if (const double longest = longest_side(mesh); longest > kLongestInMetres)
     std::printf("%s: %.4g across: lengths are metres, so --scale 0.01 (scale) if these are centimetres, --scale 0.001 if millimetres\n", path.c_str(), longest);
+  else if (longest > 0 && longest < kShortestInMetres)
+    std::printf("%s: %.4g across: that is %.2g mm, as lengths are metres; a larger --scale (scale) if it is not so small\n", path.c_str(), longest, 1000 * longest);
 }
 
 uint32_t nearest_vertex(const std::array<double, 3> &point, const Mesh &mesh) {

@@ -80,7 +80,7 @@ Bounds bounds(const Mesh &mesh);
 
 // Of that box. A mesh that is longer is taken for one in centimetres.
 double longest_side(const Mesh &mesh);
-constexpr double kLongestInMetres = 10;
+constexpr double kLongestInMetres = 10, kShortestInMetres = 0.01;
 // Says so, and what to do.
 void print_doubt_of_unit(const std::string &path, const Mesh &mesh);
 

@@ -192,14 +192,16 @@ void bind_render_mesh(const Scene &scene, const shellwarp::Model &model, bool qu
 // Why the automatic choice is not a reduced shell; empty where it is one, or went by a budget. Limp cloth that no training found at rest has the full shell in place of
 // the warp, which gets all of it wrong, where its steps take a fraction of a second.
 std::string settle_choice(const shellwarp::Model &model, const Mesh &mesh, Scene &scene) {
-  constexpr uint32_t kMost = 5000;
+  constexpr uint32_t kMost = 5000, kQuick = 1000;
   if (!host::needs_choice(scene.method) || !model.front().empty() || sw_model_offers(model.get(), SW_METHOD_REDUCED_SHELL) == SW_OK) return "";
   const std::string why = sw_last_error_message();
   if (why.find("too few to judge") == std::string::npos || mesh.n_vertices() > kMost || any_moves(scene) || scene.reduced.poses)
     return std::string("auto is the ") + host::method_name(model.info().auto_method) + ": " + why;
   scene.method = SW_METHOD_SHELL_IMPLICIT;
   if (!scene.integrator) scene.integrator = SW_INTEGRATOR_SECOND_ORDER;
-  return "auto is the full shell, whose steps take long: " + why + ". It is limp: a stiffer sheet is fast, and --method warp is, but far off";
+  const bool large = mesh.n_vertices() > kQuick && !mesh.proxy;
+  return "auto is the full shell, whose steps take long: " + why + ". It is limp: a stiffer sheet is fast, and --method warp is, but far off" +
+         (large ? "; --proxy 800 (proxy) simulates fewer vertices, and the file's follow" : "");
 }
 
 int run_scene(Scene scene, const RunOptions &options, OutputFolder *folder, Page *page) {
@@ -230,7 +232,10 @@ int run_scene(Scene scene, const RunOptions &options, OutputFolder *folder, Page
   if (mesh.proxy && !mesh.proxy->calibrated.empty() && !options.quiet)
     std::printf("%s: proxy: %s\n", scene.mesh_path.c_str(), mesh.proxy->calibrated.c_str());
   std::vector<std::string> warned = warnings.taken();
-  if (const std::string note = settle_choice(model, mesh, scene); !note.empty()) warned.push_back(note);
+  if (const std::string note = settle_choice(model, mesh, scene); !note.empty()) {
+    warned.push_back(note);
+    if (host::is_full_shell(scene.method) && !options.quiet) std::printf("%s\n", note.c_str()), std::fflush(stdout);
+  }
   if (render) bind_render_mesh(scene, model, options.quiet, *render);
   shellwarp::State state = make_state(scene, mesh, model);
   Film film(mesh, page ? n_frames : 0, options.compare.size() + 1);
