@@ -459,7 +459,7 @@ pub fn cost_of_training() {
         "\nSamples are nonnegative least squares on the forces of all elements at all poses: six elements a triangle by Koiter's energy, four by the paper's. Poses are searches with the"
     );
     println!(
-        "energy of all elements. The ratio is largest where the paper's energy leaves 1 % with fewer elements than Koiter's. The goal is 1.6: meshes are on both sides of it.\n"
+        "energy of all elements. The ratio is largest where the paper's energy leaves 1 % with fewer elements than Koiter's. The goal is 1.6.\n"
     );
 }
 
