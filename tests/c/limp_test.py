@@ -3,6 +3,7 @@
     python limp_test.py PROGRAM FOLDER
 """
 
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -34,7 +35,9 @@ def main():
          "--method", "shell-implicit", "--step", "0.005", "--duration", "0.45", "--no-certify"],
         capture_output=True, text=True)
     print(ran.stdout[-600:], ran.stderr[-600:], sep="")
-    if ran.returncode != 0 or "moved: up to 0.49" not in ran.stdout:
+    moved = re.search(r"moved: up to ([0-9.]+) m", ran.stdout)
+    # 0.497 m; a fold that falls to the other side leaves the swing as wide
+    if ran.returncode != 0 or not moved or not 0.4 < float(moved[1]) < 0.6:
         sys.exit("the kite did not fly")
 
 
