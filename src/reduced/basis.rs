@@ -16,7 +16,7 @@ use crate::modes::{ScaledStiffness, symmetric_eigen};
 use crate::{Error, ErrorKind, Result, Shell, Vec3, threads};
 use faer::linalg::matmul::triangular::{BlockStructure, matmul};
 use faer::prelude::*;
-use faer::{Accum, Mat, Par};
+use faer::{Accum, Mat, MatMut, Par};
 
 /// The step of a mode for the difference of Hessians turns no edge by more than this, rad. Its error is the square of it; rounding
 /// adds 1e-16 over it.
@@ -128,21 +128,27 @@ fn steepest(shell: &Shell, field: &[Vec3]) -> f64 {
     shell.mesh.edges.iter().map(slope).fold(f64::MIN_POSITIVE, f64::max)
 }
 
-/// Rows whose products a thread sums, at least; and nanoseconds that a multiplication takes, about.
+/// Rows whose products a thread sums, at least.
 const ROWS: usize = 2048;
-const MULTIPLICATION: f64 = 0.05;
+/// Nanoseconds that a multiplication of a matrix product takes, about.
+pub const MULTIPLICATION: f64 = 0.05;
+
+/// sum += left × right, of its lower triangle.
+pub fn add_lower(sum: MatMut<'_, f64>, left: MatRef<'_, f64>, right: MatRef<'_, f64>) {
+    let (lower, whole) = (BlockStructure::TriangularLower, BlockStructure::Rectangular);
+    matmul(sum, lower, Accum::Add, left, whole, right, whole, 1.0, Par::Seq);
+}
 
 /// YᵀY.
 fn gram(y: &Mat<f64>) -> Mat<f64> {
     let (rows, n) = y.shape();
     let firsts: Vec<usize> = (0..rows).step_by(ROWS).collect();
     let work = 0.5 * MULTIPLICATION * (rows * n * n) as f64;
-    let (lower, whole) = (BlockStructure::TriangularLower, BlockStructure::Rectangular);
     let sums = threads::map(&threads::parts(&firsts, 1), work as u64, |part| {
         let mut sum = Mat::zeros(n, n);
         for first in part.iter() {
             let some = y.subrows(*first, ROWS.min(rows - first));
-            matmul(sum.as_mut(), lower, Accum::Add, some.transpose(), whole, some, whole, 1.0, Par::Seq);
+            add_lower(sum.as_mut(), some.transpose(), some);
         }
         sum
     });

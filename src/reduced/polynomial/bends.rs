@@ -21,9 +21,10 @@
 //! constant would not. Its Hessian H at rest misses that of the angles, Σ bbᵀ; ½ yᵀDy with D = N⁺ (Σ bbᵀ − H) N⁺ᵀ makes up for it, where
 //! the columns of N are ∇y of the edges, and of the diagonal c–d where an edge is folded.
 
-use super::pairs::{MULTIPLICATION, Rows, add_lower, symmetric};
+use super::pairs::{Rows, symmetric};
 use crate::energy::{Fold, angle_gradient, dihedral_angle};
 use crate::mesh::NONE;
+use crate::reduced::basis::{MULTIPLICATION, add_lower};
 use crate::{Mesh, Vec3, threads};
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};

@@ -7,10 +7,11 @@
 //! What bending lacks, ½ Σ yᵀDy over the hinges, is compressed alike: by the shapes' |D|^½ y, then by the eigenvectors of the signs of D.
 
 use super::bends::{Bend, Pairs, cubic, hessians};
-use super::pairs::{self, Gains, MULTIPLICATION, Rows, add_lower};
+use super::pairs::{self, Gains, Rows};
 use super::{Coefficients, Form, PolynomialEnergy};
 use crate::energy::{Mirror, Term};
 use crate::modes::symmetric_eigen;
+use crate::reduced::basis::{MULTIPLICATION, add_lower};
 use crate::reduced::products::WIDTH;
 use crate::reduced::sampling::Random;
 use crate::reduced::{Assumed, basis};

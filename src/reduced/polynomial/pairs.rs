@@ -2,9 +2,9 @@
 
 use super::Form;
 use crate::energy::Mirror;
+use crate::reduced::basis::{MULTIPLICATION, add_lower};
 use crate::{Vec3, threads};
-use faer::linalg::matmul::triangular::{BlockStructure, matmul};
-use faer::{Accum, Mat, MatMut, MatRef, Par};
+use faer::{Mat, MatRef};
 use nalgebra::DMatrix;
 
 /// Pairs whose products are summed at once.
@@ -86,9 +86,6 @@ impl Gains {
     }
 }
 
-/// Nanoseconds that a multiplication takes, about.
-pub const MULTIPLICATION: f64 = 0.05;
-
 /// The forms Σ p y of the columns of p (pairs × forms), of weight 1, of vertices that rest at `x`.
 pub fn forms(x: &[Vec3], pairs: &[[u32; 2]], rows: &Rows, p: MatRef<'_, f64>) -> Vec<Form> {
     let (n, count) = (rows.n, p.ncols());
@@ -115,12 +112,6 @@ pub fn forms(x: &[Vec3], pairs: &[[u32; 2]], rows: &Rows, p: MatRef<'_, f64>) ->
         }
         Form { weight: 1.0, bound: 0.0, linear, quadratic: symmetric(quadratic.as_ref()) }
     })
-}
-
-/// sum += left × right, of its lower triangle.
-pub fn add_lower(sum: MatMut<'_, f64>, left: MatRef<'_, f64>, right: MatRef<'_, f64>) {
-    let (lower, whole) = (BlockStructure::TriangularLower, BlockStructure::Rectangular);
-    matmul(sum, lower, Accum::Add, left, whole, right, whole, 1.0, Par::Seq);
 }
 
 /// Both triangles from the lower one.
