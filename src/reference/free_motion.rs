@@ -12,8 +12,14 @@ use nalgebra::{DMatrix, DVector, Matrix3x6, Matrix6, Vector6};
 /// A twist that moves what is held by less than the root of this part of the size is free; rows of f32 coordinates are straight to 1e-7.
 const FREE: f64 = 1e-12;
 
-/// Rounds that bring a shape nearest to another; the first leaves the square of the turn.
+/// Below this the terms of a turn's series that are left out are rounding.
+const SMALL_TURN: f64 = 1e-4;
+
+/// Rounds that bring a shape nearest to another; each leaves the third power of the turn. Of one by nearly half a turn, what is missing of that doubles
+/// first: they go on while more is left than this.
 const FITS: usize = 8;
+const MOST_FITS: usize = 64;
+const FITTED: f64 = 1e-9;
 
 /// What is held of a vertex.
 #[derive(Clone, Copy)]
@@ -118,21 +124,26 @@ impl FreeMotions {
     /// Moves `x` freely to nearest to `anchor` by mass.
     pub fn align(&self, shell: &Shell, x: &mut [Vec3], anchor: &[Vec3]) {
         for free in &self.0 {
-            for _ in 0..FITS {
+            for round in 0..MOST_FITS {
                 let twist = free.coefficients(shell, x, |v| shell.mass[v] * (anchor[v] - x[v]));
                 let (slide, turn) = (twist.fixed_rows::<3>(0).into_owned(), twist.fixed_rows::<3>(3) / free.size);
-                // Along the screw whose axis does not move, so that what is held stays.
+                // Along the screw whose axis does not move, so that what is held stays. Of a small turn the axis may be far away.
                 let angle = turn.norm();
-                let (axis, along) = match turn.try_normalize(0.0) {
-                    Some(n) => (free.center + turn.cross(&slide) / (angle * angle), n * n.dot(&slide)),
-                    None => (free.center, slide),
+                let (first, second) = match angle > SMALL_TURN {
+                    true => {
+                        let (sine, cosine) = libm::sincos(angle);
+                        ((1.0 - cosine) / angle.powi(2), (angle - sine) / angle.powi(3))
+                    }
+                    false => (0.5, 1.0 / 6.0),
                 };
+                let along = slide + first * turn.cross(&slide) + second * turn.cross(&turn.cross(&slide));
                 let rotation = rotation::by(&turn);
                 free.vertices.iter().for_each(|&v| {
                     let x = &mut x[v as usize];
-                    *x = axis + rotation * (*x - axis) + along;
+                    *x = free.center + rotation * (*x - free.center) + along;
                 });
-                if angle <= f64::EPSILON && slide.norm() <= f64::EPSILON * free.size {
+                let there = angle <= f64::EPSILON && slide.norm() <= f64::EPSILON * free.size;
+                if there || round + 1 >= FITS && angle <= FITTED {
                     break;
                 }
             }
