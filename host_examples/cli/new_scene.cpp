@@ -40,14 +40,16 @@ Mesh leaf() {
   return mesh;
 }
 
-// The lower end of the longest axis; where that points upward the upper one, from which the shell hangs.
+// The upper end of a mesh that stands, from which it hangs; of one that lies, the lower end of its longest axis.
 std::string end_to_hold(const Mesh &mesh, char up) {
   const Bounds box = bounds(mesh);
   std::size_t longest = 0;
   for (std::size_t k = 1; k < 3; ++k)
     if (box.high[k] - box.low[k] > box.high[longest] - box.low[longest]) longest = k;
-  const char axis = "xyz"[longest];
-  return (axis == up ? "high-" : "low-") + std::string(1, axis);
+  constexpr double kStands = 0.25;  // of the longest axis, upward
+  const std::size_t upward = static_cast<std::size_t>(up - 'x');
+  if (box.high[upward] - box.low[upward] >= kStands * (box.high[longest] - box.low[longest])) return std::string("high-") + up;
+  return std::string("low-") + "xyz"[longest];
 }
 
 constexpr char kSchemaName[] = "scene.schema.json";

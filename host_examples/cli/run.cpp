@@ -25,6 +25,7 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <set>
 #include <stdexcept>
 
 namespace cli {
@@ -168,14 +169,17 @@ void add_to_page(const Scene &scene, const Mesh &mesh, const std::vector<PlacedH
   const SwModelInfo info = model.info();
   page.add_shell(scene, mesh, handles, film);
   page.add_film(scene, run, film, words, label_of(scene, info));
+  std::set<uint32_t> shown;
   for (const std::string &name : options.compare) {
     Scene other = scene;
     other.method = *host::find_method(name);
     if (!scene.integrator && host::is_full_shell(other.method)) other.integrator = SW_INTEGRATOR_SECOND_ORDER;  // others are measured by it
     const bool chosen = host::needs_choice(scene.method);
     const bool is_there = other.method == scene.method || (chosen && other.method == info.auto_method);
-    if (is_there && other.method != scene.method && !options.quiet) std::printf("%s is on the page already: auto took it\n", name.c_str());
-    if (is_there || interrupted()) continue;
+    const bool twice = !shown.insert(other.method).second;
+    if ((is_there || twice) && !options.quiet)
+      std::printf("%s is on the page already: %s\n", name.c_str(), twice ? "--compare names it twice" : other.method != scene.method ? "auto took it" : "it is the method");
+    if (is_there || twice || interrupted()) continue;
     if (!options.quiet) std::printf("compared with %s:\n", name.c_str());
     std::fflush(stdout);
     add_method(other, mesh, handles, n_frames, model, options, page);

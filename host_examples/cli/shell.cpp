@@ -319,6 +319,9 @@ shellwarp::Model make_model(const Scene &scene, const Mesh &mesh, ProgressBar &p
   if (scene.sagged) std::copy(scene.gravity.begin(), scene.gravity.end(), desc.sag_gravity);
   add_reduced(scene, desc);
   desc.support_fields = scene.support_fields.value_or(any_moves(scene) && !scene.follow_rest ? kSupportFields : 0);
+  if (desc.support_fields && scene.material.sheet && !supports.clamped.empty())
+    throw std::runtime_error(
+        "a support that moves needs kind = \"fixed\" of all supports of a sheet: nothing follows the slope at clamped edges; fix two rows of vertices in their place");
   std::vector<uint32_t> patches = find_patches(scene, mesh);
   add_patches_near(scene, model, patches);
   desc.contact_patches = patches.data();

@@ -132,7 +132,8 @@ double kinetic_share(const Run &run) {
   return end.elastic_energy > 0 ? end.kinetic_energy / end.elastic_energy : end.kinetic_energy > 0 ? 1 : 0;
 }
 
-const char *length_unit(const Scene &scene) { return scene.length_unit.empty() ? "units" : scene.length_unit.c_str(); }
+// Behind a length; none where the scene names none.
+std::string length_unit(const Scene &scene) { return scene.length_unit.empty() ? "" : " " + scene.length_unit; }
 
 // By name, and what the automatic choice took.
 std::string method_words(const Scene &scene, const SwModelInfo &info) {
@@ -145,12 +146,13 @@ void print_motion(const Scene &scene, const SwModelInfo &info, const Run &run) {
   row("method", method_words(scene, info));
   double rotation = 0;
   for (const FrameRecord &f : run.frames) rotation = std::max(rotation, f.report.max_rotation);
-  const char *unit = length_unit(scene);
-  row("largest displacement", format("%.6g %s", widest_frame(run).report.max_displacement, unit));
-  row("displacement at the end", format("%.6g %s", run.frames.back().report.max_displacement, unit));
+  const std::string named = length_unit(scene);
+  const char *unit = named.c_str();
+  row("largest displacement", format("%.6g%s", widest_frame(run).report.max_displacement, unit));
+  row("displacement at the end", format("%.6g%s", run.frames.back().report.max_displacement, unit));
   row("largest local rotation", format("%.3f rad", rotation));
   if (const uint64_t early = run.frames.back().report.unconverged_steps) row("steps not converged", count(early));
-  if (const double step_error = largest_step_error(run); step_error > 0) row("a step is off by at most", format("%.1e %s, estimated", step_error, unit));
+  if (const double step_error = largest_step_error(run); step_error > 0) row("a step is off by at most", format("%.1e%s, estimated", step_error, unit));
   row("frames turned too far",
       count(static_cast<uint64_t>(std::count_if(run.frames.begin(), run.frames.end(),
                                                 [](const FrameRecord &f) { return !f.report.turn_in_range; }))));
@@ -164,10 +166,10 @@ void print_equilibrium(const SwEquilibriumReport &equilibrium) {
   row("relative residual", format("%.1e", equilibrium.residual));
 }
 
-void print_certificate(const SwCertificate &certificate, const char *unit) {
+void print_certificate(const SwCertificate &certificate, const std::string &unit) {
   heading("error against the nonlinear shell, estimated");
   row("of the displacement", format("%.2g", certificate.error));
-  row("largest", format("%.3g %s", certificate.max_error, unit));
+  row("largest", format("%.3g%s", certificate.max_error, unit.c_str()));
   row("at vertex", count(certificate.vertex));
   row("factorizations", count(certificate.factorizations));
   if (certificate.remaining > kRoughAbove) row("rough: force left unbalanced", format("%.1e", certificate.remaining));

@@ -1827,6 +1827,16 @@ void supports_with_keys_move_against_each_other_and_with_the_frame() {
     place = cli::transform(pose, place);
     for (std::size_t i = 0; i < 3; ++i) CHECK(std::fabs(now[i] - place[i]) < 1e-12);
   }
+  // Of a sheet the slope is held at edges that nothing can lead: told in the scene's own words.
+  cli::Scene sheet = scene;
+  sheet.material = scene_of_material(kSheetLines).material;
+  std::string refused;
+  try {
+    cli::make_model(sheet, mesh, progress);
+  } catch (const std::runtime_error &error) {
+    refused = error.what();
+  }
+  CHECK(refused.find("needs kind = \"fixed\"") != std::string::npos);
   // Where only the full shell follows, no other method is advised.
   SwCertificate far_off{};
   far_off.method = SW_METHOD_WARP;
