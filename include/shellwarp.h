@@ -286,6 +286,11 @@ SwStatus sw_mesh_check(const struct SwMeshDesc *mesh,
 #define SW_MAP_THICKNESS 6
 // volume_density.
 #define SW_MAP_VOLUME_DENSITY 7
+// Growth, of either energy: length without stress over that of the mesh, or of rest_positions. An
+// edge takes the mean of its ends' or of its triangles' values. Angles between triangles stay. 1.05
+// along the rim of a leaf makes it ruffle; 1.001 everywhere is a sheet that was heated. See
+// rest_lengths.
+#define SW_MAP_GROWTH 8
 
 // One value a vertex, in the mesh's order; triangles take the mean.
 #define SW_MAP_ON_VERTICES 1
@@ -297,7 +302,7 @@ SwStatus sw_mesh_check(const struct SwMeshDesc *mesh,
 typedef struct SwMaterialMap {
   // Set by sw_material_map_init.
   uint32_t struct_size;
-  // SW_MAP_...: which constant, of the material's energy.
+  // SW_MAP_...: which constant, of the material's energy, or growth.
   uint32_t quantity;
   // SW_MAP_ON_...
   uint32_t on;
@@ -424,6 +429,20 @@ typedef struct SwMaterialDesc {
   // SW_ENERGY_KOITER, as one of another factor than 1 has: its moment stays below the factor times
   // the sheet's own stiffness at the edge times this angle. With a factor of 0 it does nothing.
   const double *crease_yields;
+  // Edges that without stress are of another length than in the mesh, or in rest_positions
+  // (n_rest_lengths x 2 vertices, in any order), each once. The shell need not be able to have all
+  // these lengths at once: it then rests under stress, as a leaf does whose rim grew. Areas and
+  // masses without stress follow from the lengths, angles from the mesh, rest_positions or creases.
+  // As with rest_positions, sw_model_precompute first finds where the shell rests, and the same
+  // methods take it. SW_MAP_GROWTH scales the other edges.
+  const uint32_t *length_edges;
+  // Their lengths (n_rest_lengths), positive. In each triangle every length must be less than the
+  // other two together.
+  const double *rest_lengths;
+  // Length of length_edges and rest_lengths.
+  uint32_t n_rest_lengths;
+  // Must be 0.
+  uint32_t length_flags;
 } SwMaterialDesc;
 
 // Of a crease: the angle that the mesh has there.

@@ -2,12 +2,14 @@
 
 mod creases;
 mod maps;
+mod metric;
 mod orthotropy;
 mod presets;
 mod ties;
 
 pub use creases::{Crease, Creases};
 pub use maps::{Factors, Map, Maps, On, Quantity, mean, mean_cube};
+pub use metric::{Metric, RestLength, lay_out, sides, unfolded};
 pub use orthotropy::{Fibres, Orthotropy};
 pub use presets::{PRESETS, Preset};
 pub use ties::{Bond, Tie, TiedTo, bonds, joined, touching};

@@ -2,8 +2,8 @@
 
 use crate::energy::{Energy, Mirror, Source, THIN, Thick, TieEnergy, Yielding, of_material, thick, with_yielding};
 use crate::material::{
-    Bond, Crease, Creases, ElasticSheet, Elasticity, Factors, Fibres, Map, Maps, Orthotropy, Quantity, Tie, bonds,
-    joined, touching,
+    Bond, Crease, Creases, ElasticSheet, Elasticity, Factors, Fibres, Map, Maps, Metric, Orthotropy, Quantity,
+    RestLength, Tie, bonds, joined, touching,
 };
 use crate::mesh::NONE;
 use crate::sparse::{Analyses, BlockMatrix, Symbolic};
@@ -41,12 +41,14 @@ const FURTHEST_SAG: f64 = 1e30;
 pub struct Make {
     /// Constants, and which energy.
     pub material: Elasticity,
-    /// In place of some of them.
+    /// In place of some of them; and how much edges grew.
     pub maps: Vec<Map>,
     /// Edges of another stiffness or angle.
     pub creases: Vec<Crease>,
     /// The shape without stress (n_vertices), if it is not the mesh's.
     pub rest_shape: Option<Vec<Vec3>>,
+    /// Lengths without stress of edges that are not of that shape, or of the mesh.
+    pub rest_lengths: Vec<RestLength>,
     /// A direction along which it is of another stiffness.
     pub fibres: Option<Fibres>,
     /// Vertices held together with others.
@@ -62,9 +64,18 @@ pub struct Make {
 impl Make {
     /// Of these constants everywhere.
     pub fn of(material: impl Into<Elasticity>) -> Self {
-        let (maps, creases, ties, bonds, mirrors) = (vec![], vec![], vec![], vec![], vec![]);
-        let (material, fibres) = (material.into(), None);
-        Self { material, maps, creases, rest_shape: None, fibres, ties, tie_distance: 0.0, bonds, mirrors }
+        Self {
+            material: material.into(),
+            maps: vec![],
+            creases: vec![],
+            rest_shape: None,
+            rest_lengths: vec![],
+            fibres: None,
+            ties: vec![],
+            tie_distance: 0.0,
+            bonds: vec![],
+            mirrors: vec![],
+        }
     }
 }
 
@@ -84,6 +95,8 @@ pub struct Shell {
     pub bonds: Arc<[Bond]>,
     /// The shape without stress (n_vertices), if it is not the mesh that was given.
     pub rest_shape: Option<Arc<[Vec3]>>,
+    /// Lengths without stress, if they are not those of that shape.
+    pub metric: Option<Arc<Metric>>,
     /// The mesh that was given (n_vertices), where that is not at rest and `mesh` was found to be.
     pub settled_from: Option<Arc<[Vec3]>>,
     /// The deformation energy.
@@ -135,7 +148,8 @@ impl Shell {
     /// [`Shell::must_settle`].
     pub fn made(mesh: Mesh, make: Make, supports: &Supports) -> Result<Self> {
         let (poisson, material) = own_poisson(make.material, make.fibres.as_ref())?;
-        let (maps, material) = Maps::new(make.maps, &mesh, material)?;
+        let (maps, growth) = without_growth(make.maps, &mesh)?;
+        let (maps, material) = Maps::new(maps, &mesh, material)?;
         let (maps, material) = (Arc::new(maps), with_poisson(material.validated()?, poisson));
         let creases = Arc::new(Creases::new(&make.creases, &mesh)?);
         let mut ties = make.ties;
@@ -156,25 +170,29 @@ impl Shell {
         let densities = maps.area_density(&mesh, &material);
         let uniform = material.area_density();
         let unstressed = rest_mesh.as_ref().unwrap_or(&mesh);
-        let (mass, total_area) = lumped_mass(unstressed, |t| densities.as_ref().map_or(uniform, |of| of[t]))?;
+        let metric = Metric::new(unstressed, growth.as_ref(), &make.rest_lengths)?.map(Arc::new);
+        let area = |t: usize| area_of(unstressed, &metric, t);
+        let (mass, total_area) = lumped_mass(&mesh, area, |t| densities.as_ref().map_or(uniform, |of| of[t]))?;
         let mirrors: Arc<[Mirror]> = supports.mirrors(&mesh)?.into_iter().chain(make.mirrors).collect();
         if let Some(rest) = &rest_mesh {
             check_mirrors(&mirrors, rest, &mesh)?;
         }
         let mut rollers = supports.rollers(&mesh, &mut held)?;
         rollers.retain(|roller| mass[roller.vertex as usize] > 0.0);
-        let areas = if densities.is_some() { lumped_mass(unstressed, |_| 1.0)?.0 } else { vec![] };
+        let areas = if densities.is_some() { lumped_mass(&mesh, area, |_| 1.0)?.0 } else { vec![] };
         let free = (0..mass.len() as u32).filter(|&v| mass[v as usize] > 0.0 && !held[v as usize]).collect();
         let mesh = Arc::new(mesh);
         let clamped: Arc<[bool]> = clamped.into();
         let rest_shape = rest_mesh.as_ref().map(|mesh| Arc::from(&mesh.positions[..]));
         let unstressed = rest_mesh.map_or_else(|| mesh.clone(), Arc::new);
         let orthotropy = match (make.fibres, &material) {
-            (Some(fibres), Elasticity::Koiter(sheet)) => fibres.checked(sheet, &mesh, &unstressed)?.map(Arc::new),
+            (Some(fibres), Elasticity::Koiter(sheet)) => {
+                fibres.checked(sheet, &mesh, (&unstressed, metric.as_deref()))?.map(Arc::new)
+            }
             _ => None,
         };
         let made_of = (material, &maps, &creases, &orthotropy, &bonds);
-        let energy = energy_of(unstressed, made_of, (&clamped, &mirrors, &mesh), None);
+        let energy = energy_of((unstressed, &metric), made_of, (&clamped, &mirrors, &mesh), None);
         let areas = areas.into();
         let total_mass: f64 = mass.iter().sum();
         if !(total_mass.is_finite() && total_area.is_finite()) {
@@ -188,6 +206,7 @@ impl Shell {
             orthotropy,
             bonds,
             rest_shape,
+            metric,
             settled_from: None,
             energy,
             sag: None,
@@ -206,7 +225,8 @@ impl Shell {
 
     /// Whether its energy pulls at the mesh that was given, and where it rests was not found yet.
     pub fn must_settle(&self) -> bool {
-        self.settled_from.is_none() && (self.rest_shape.is_some() || self.creases.have_angles())
+        let own = self.rest_shape.is_some() || self.metric.is_some() || self.creases.have_angles();
+        self.settled_from.is_none() && own
     }
 
     /// Whether it may be under stress at the mesh's positions.
@@ -263,6 +283,7 @@ impl Shell {
             && self.creases.is_empty()
             && self.bonds.is_empty()
             && self.rest_shape.is_none()
+            && self.metric.is_none()
     }
 
     /// The first vertex that would hang further from rest than any shell hangs, or at no number.
@@ -309,7 +330,8 @@ impl Shell {
             None => None,
         };
         let made_of = (self.material, &self.maps, &self.creases, &orthotropy, &self.bonds);
-        let energy = energy_of(mesh.clone(), made_of, (&self.clamped, &self.mirrors, &mesh), Some(self.mesh.clone()));
+        let shape = (mesh.clone(), &None);
+        let energy = energy_of(shape, made_of, (&self.clamped, &self.mirrors, &mesh), Some(self.mesh.clone()));
         let analyses = self.analyses.clone(); // the elements are the same, and so is a good order of elimination
         Ok(Self { mesh, energy, rollers, orthotropy, analyses, ..self.copy() })
     }
@@ -329,10 +351,12 @@ impl Shell {
         };
         let densities = maps.area_density(&self.mesh, &material);
         let uniform = material.area_density();
-        let (mass, _) = lumped_mass(&unstressed, |t| densities.as_ref().map_or(uniform, |of| of[t]))?;
-        let areas: Arc<[f64]> = lumped_mass(&unstressed, |_| 1.0)?.0.into();
+        let area = |t: usize| area_of(&unstressed, &self.metric, t);
+        let (mass, _) = lumped_mass(&self.mesh, area, |t| densities.as_ref().map_or(uniform, |of| of[t]))?;
+        let areas: Arc<[f64]> = lumped_mass(&self.mesh, area, |_| 1.0)?.0.into();
         let made_of = (material, &maps, &self.creases, &self.orthotropy, &self.bonds);
-        let energy = energy_of(unstressed, made_of, (&self.clamped, &self.mirrors, &self.mesh), None);
+        let shape = (unstressed, &self.metric);
+        let energy = energy_of(shape, made_of, (&self.clamped, &self.mirrors, &self.mesh), None);
         let (total_mass, analyses) = (mass.iter().sum(), self.analyses.clone());
         Ok(Self { maps, material, mass, areas, total_mass, energy, analyses, ..self.copy() })
     }
@@ -353,6 +377,7 @@ impl Shell {
             orthotropy: self.orthotropy.clone(),
             bonds: self.bonds.clone(),
             rest_shape: self.rest_shape.clone(),
+            metric: self.metric.clone(),
             settled_from: self.settled_from.clone(),
             areas: self.areas.clone(),
             energy: self.energy.clone(),
@@ -403,6 +428,7 @@ impl Shell {
             Some(shape) => Arc::new(Mesh { positions: shape.to_vec(), ..Mesh::clone(&mesh) }),
             None => mesh.clone(),
         };
+        let metric = self.metric.as_ref().map(|of| Arc::new(of.part(&self.mesh, (vertices, triangles), &mesh)));
         let orthotropy = self.orthotropy.as_ref().map(|fibres| Arc::new(fibres.part(triangles)));
         let mut rollers: Vec<Roller> = vec![];
         for (i, v) in vertices.iter().enumerate().filter(|(i, _)| !held[*i]) {
@@ -410,7 +436,7 @@ impl Shell {
         }
         let part = Self {
             energy: energy_of(
-                unstressed,
+                (unstressed, &metric),
                 (self.material, &maps, &creases, &orthotropy, &bonds),
                 (&clamped, &mirrors, &mesh),
                 None,
@@ -421,6 +447,7 @@ impl Shell {
             orthotropy,
             bonds,
             rest_shape,
+            metric,
             settled_from: None,
             areas: vertices.iter().filter_map(some).collect(),
             clamped,
@@ -550,19 +577,20 @@ type MadeOf<'a> = (Elasticity, &'a Arc<Maps>, &'a Arc<Creases>, &'a Option<Arc<O
 
 /// Of the shape without stress, with slopes kept where the mesh was `given`. Bending flips edges that are flat there, or in a shape `flat`.
 fn energy_of(
-    unstressed: Arc<Mesh>,
+    (unstressed, metric): (Arc<Mesh>, &Option<Arc<Metric>>),
     (material, maps, creases, orthotropy, bonds): MadeOf,
     (clamped, mirrors, given): (&Arc<[bool]>, &Arc<[Mirror]>, &Arc<Mesh>),
     flat: Option<Arc<Mesh>>,
 ) -> LazyEnergy {
     let (maps, creases, clamped, given) = (maps.clone(), creases.clone(), clamped.clone(), given.clone());
-    let (orthotropy, bonds, mirrors) = (orthotropy.clone(), bonds.clone(), mirrors.clone());
+    let (orthotropy, bonds, mirrors, metric) = (orthotropy.clone(), bonds.clone(), mirrors.clone(), metric.clone());
     LazyEnergy::new(move || {
         let (mesh, given_mesh) = (&*unstressed, &*given);
         let given = &given_mesh.positions[..];
         let (maps, creases, orthotropy, clamped) = (&*maps, &*creases, orthotropy.as_deref(), &*clamped);
         let (mirrors, flat) = (&*mirrors, &flat.as_ref().unwrap_or(&unstressed).positions[..]);
-        let source = Source { mesh, material, maps, creases, orthotropy, clamped, given, mirrors, flat };
+        let metric = metric.as_deref();
+        let source = Source { mesh, metric, material, maps, creases, orthotropy, clamped, given, mirrors, flat };
         let mut terms = of_material(&source);
         if !bonds.is_empty() {
             terms.push(Box::new(TieEnergy::new(given_mesh, &bonds, &terms)));
@@ -596,11 +624,26 @@ fn check_mirrors(mirrors: &[Mirror], rest: &Mesh, mesh: &Mesh) -> Result<()> {
     }
 }
 
-fn lumped_mass(mesh: &Mesh, density: impl Fn(usize) -> f64) -> Result<(Vec<f64>, f64)> {
+/// The map of growth, and the others.
+fn without_growth(maps: Vec<Map>, mesh: &Mesh) -> Result<(Vec<Map>, Option<Map>)> {
+    let (mut growth, others): (Vec<Map>, Vec<Map>) = maps.into_iter().partition(|map| map.quantity == Quantity::Growth);
+    growth.iter().try_for_each(|map| map.check(mesh))?;
+    match growth.len() {
+        0 | 1 => Ok((others, growth.pop())),
+        _ => Err(Error::argument("there are two maps of growth")),
+    }
+}
+
+/// A triangle's area without stress.
+fn area_of(unstressed: &Mesh, metric: &Option<Arc<Metric>>, t: usize) -> f64 {
+    metric.as_ref().map_or_else(|| unstressed.area(t), |metric| metric.area(t))
+}
+
+fn lumped_mass(mesh: &Mesh, area: impl Fn(usize) -> f64, density: impl Fn(usize) -> f64) -> Result<(Vec<f64>, f64)> {
     let mut mass = vec![0.0; mesh.positions.len()];
     let mut total_area = 0.0;
     for (t, tri) in mesh.triangles.iter().enumerate() {
-        let area = mesh.area(t);
+        let area = area(t);
         let share = density(t) * area / 3.0;
         if !(share.is_normal() && area.is_normal()) {
             let message = format!(

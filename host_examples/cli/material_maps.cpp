@@ -26,6 +26,7 @@ constexpr Quantity kQuantities[] = {
     {"young", SW_MAP_YOUNG, true, &Material::young},
     {"thickness", SW_MAP_THICKNESS, true, &Material::thickness},
     {"volume_density", SW_MAP_VOLUME_DENSITY, true, &Material::volume_density},
+    {"growth", SW_MAP_GROWTH, true, &Material::growth},  // of any material
 };
 
 const Quantity &quantity_of(uint32_t map) {
@@ -34,6 +35,7 @@ const Quantity &quantity_of(uint32_t map) {
 
 // Fails where the constant is none of this material's.
 void check_fits(Section &section, const Quantity &q, const Material &material) {
+  if (q.map == SW_MAP_GROWTH) return;
   const toml::node *node = section.find(q.key);
   if (q.of_sheet != material.sheet)
     section.fail(*node, std::string(q.key) + (q.of_sheet ? " varies over a sheet alone: give young or preset in [material]"
@@ -63,8 +65,8 @@ MaterialRegion read_region(Section section, const Material &material, std::vecto
     region.values.emplace_back(q.map, section.positive(q.key, 0));
   }
   section.reject_unknown_keys();
-  if (region.values.empty()) section.fail(material.sheet ? "give a young, thickness or volume_density of its own"
-                                                         : "give a k_area, k_length, k_bend or density of its own");
+  if (region.values.empty()) section.fail(material.sheet ? "give a young, thickness, volume_density or growth of its own"
+                                                         : "give a k_area, k_length, k_bend, density or growth of its own");
   return region;
 }
 

@@ -74,6 +74,7 @@ struct Material {
   double frequency = 0, thickness = 0;  // above 0: the stiffness that gives the slowest swing these Hz, in place of k_…
   double sag = 0;                       // or, above 0, by which the shell sags so far under the scene's gravity
   bool by_look() const { return frequency > 0 || sag > 0; }
+  double growth = 1;                      // of lengths without stress, where maps and regions do not say
   std::vector<MaterialFile> files{};      // where constants vary; see material_maps.hpp
   std::vector<MaterialRegion> regions{};  // over the files; later ones over earlier ones
   std::vector<MaterialCrease> creases{};  // later ones over earlier ones; see creases.hpp

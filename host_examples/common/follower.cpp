@@ -98,7 +98,7 @@ void Follower::lead_maps(Request &request, bool anew) {
   const std::size_t n = request.drawn.size() / 3;
   Stiffness &s = request.build.stiffness;
   const std::pair<const char *, std::vector<double> *> maps[] = {
-      {"thickness", &s.thickness_map}, {"Young's modulus", &s.young_map}, {"density", &s.density_map},
+      {"thickness", &s.thickness_map}, {"Young's modulus", &s.young_map}, {"density", &s.density_map}, {"growth", &s.growth_map},
       {"bending", &s.bend_map}, {"stretching", &s.stretch_map}, {"damping", &request.motion.damping_map}};
   for (const auto &[what, map] : maps) {
     if (map->empty()) continue;

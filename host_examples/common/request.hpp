@@ -60,6 +60,7 @@ struct Stiffness {
   // Factors at the points of what is drawn, above 0; empty is 1 everywhere. By preset and sheet of the thickness and Young's modulus, by material of
   // `bend` and `stretch`, and of the mass always. Those of another kind do nothing.
   std::vector<double> thickness_map, young_map, density_map, bend_map, stretch_map;
+  std::vector<double> growth_map;  // the same on lengths without stress, whatever the stiffness is from
 
   // By preset and sheet: above 0, Young's modulus across a direction in Pa, and `young` is that along; and the shear modulus, 0 = Huber's estimate.
   double young_across = 0, shear = 0;

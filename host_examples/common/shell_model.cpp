@@ -89,6 +89,7 @@ std::vector<ScaledMap> maps_of(const Stiffness &s, const SwMaterialDesc &desc) {
   const auto add = [&maps](uint32_t quantity, double constant, const std::vector<double> &factors) {
     if (!factors.empty()) maps.emplace_back(quantity, constant, factors);
   };
+  add(SW_MAP_GROWTH, 1, s.growth_map);
   if (s.by_sheet()) {
     add(SW_MAP_THICKNESS, desc.thickness, s.thickness_map);
     add(SW_MAP_YOUNG, desc.young, s.young_map);
@@ -360,7 +361,7 @@ uint64_t build_key(const Mesh &mesh, const Build &build) {
   for (const Tie &tie : build.ties) hash.add(tie.vertex).add(tie.to).add(tie.to_face).add(tie.stiffness);
   hash.add(build.axis_supports.size()).add(build.ties.size()).add(build.tie_within).add(build.proxy != nullptr);
   const Stiffness &s = build.stiffness;
-  hash.add_all(s.density_map);
+  hash.add_all(s.density_map).add_all(s.growth_map);
   if (s.by_look()) return hash.add(s.thickness).value();
   if (s.by_sheet()) {
     hash.add_all(s.thickness_map).add_all(s.young_map).add(s.young_across);
@@ -405,6 +406,7 @@ void check_build(const Mesh &mesh, const Build &build) {
   check_stiffness(build.stiffness);
   const Stiffness &s = build.stiffness;
   check_map(mesh, "density", s.density_map);
+  check_map(mesh, "growth", s.growth_map);
   if (s.by_sheet()) check_map(mesh, "thickness", s.thickness_map), check_map(mesh, "Young's modulus", s.young_map);
   if (s.by == Stiffness::By::material) check_map(mesh, "bending", s.bend_map), check_map(mesh, "stretching", s.stretch_map);
 }

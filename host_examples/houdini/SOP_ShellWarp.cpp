@@ -73,6 +73,7 @@ static const char *theDsFile = R"THEDSFILE(
     parm { name "density" label "Density" type float default { "1" } range { 0 10 } hidewhen "{ stiffnessfrom != material }" }
     parm { name "bendmap" label "Bending Map" type string default { "" } hidewhen "{ stiffnessfrom != material }" }
     parm { name "stretchmap" label "Stretch Map" type string default { "" } hidewhen "{ stiffnessfrom != material }" }
+    parm { name "growthmap" label "Growth Map" type string default { "" } }
     parm { name "restshape" label "Rest Shape" type string default { "" } }
     parm { name "creasegroup" label "Crease Group" type string default { "" } }
     parm { name "creasefactor" label "Crease Factor" type float default { "0.1" } range { 0! 10 } }
@@ -157,7 +158,7 @@ PRM_Template *SOP_ShellWarp::buildTemplates() {
     for (const char *group : {"supportgroup", "contactpatches"}) builder.setChoiceListPtr(group, &SOP_Node::pointGroupMenu);
     builder.setChoiceListPtr("creasegroup", &SOP_Node::edgeGroupMenu);
     builder.setChoiceListPtr("colliderpieces", &SOP_Node::primAttribReplaceMenu);
-    for (const char *attribute : {"supportattrib", "weightattrib", "thicknessmap", "youngmap", "densitymap", "bendmap", "stretchmap", "dampingmap", "restshape", "supportaxes", "tieto", "tietoface", "force", "windattrib"})
+    for (const char *attribute : {"supportattrib", "weightattrib", "thicknessmap", "youngmap", "densitymap", "bendmap", "stretchmap", "growthmap", "dampingmap", "restshape", "supportaxes", "tieto", "tietoface", "force", "windattrib"})
       builder.setChoiceListPtr(attribute, &SOP_Node::pointAttribReplaceMenu);
   }
   return builder.templates();
@@ -392,6 +393,7 @@ void ShellWarpVerb::cook(const CookParms &cookparms) const {
     pull_shell(cookparms, *detail, request);
     host::Stiffness &stiffness = request.build.stiffness;
     pull_map(*detail, parms.getDensitymap(), stiffness.density_map);
+    pull_map(*detail, parms.getGrowthmap(), stiffness.growth_map);
     if (stiffness.by_sheet()) {
       pull_map(*detail, parms.getThicknessmap(), stiffness.thickness_map);
       pull_map(*detail, parms.getYoungmap(), stiffness.young_map);

@@ -281,6 +281,7 @@ void pull_maps(MDataBlock &block, unsigned int multiIndex, host::Request &reques
   add_factors(block, multiIndex, Node::densityMapList, Node::densityMap, n_points, s.density_map);
   add_factors(block, multiIndex, Node::bendMapList, Node::bendMap, n_points, s.bend_map);
   add_factors(block, multiIndex, Node::stretchMapList, Node::stretchMap, n_points, s.stretch_map);
+  add_factors(block, multiIndex, Node::growthMapList, Node::growthMap, n_points, s.growth_map);
 }
 
 static void add_axes(MDataBlock &block, std::vector<host::AxisSupport> &supports) {

@@ -20,7 +20,8 @@ MObject ShellWarpNode::stiffnessFrom, ShellWarpNode::frequency, ShellWarpNode::s
 MObject ShellWarpNode::preset, ShellWarpNode::young, ShellWarpNode::poisson, ShellWarpNode::volumeDensity;
 MObject ShellWarpNode::thicknessMapList, ShellWarpNode::thicknessMap, ShellWarpNode::youngMapList, ShellWarpNode::youngMap,
     ShellWarpNode::densityMapList, ShellWarpNode::densityMap;
-MObject ShellWarpNode::bendMapList, ShellWarpNode::bendMap, ShellWarpNode::stretchMapList, ShellWarpNode::stretchMap;
+MObject ShellWarpNode::bendMapList, ShellWarpNode::bendMap, ShellWarpNode::stretchMapList, ShellWarpNode::stretchMap,
+    ShellWarpNode::growthMapList, ShellWarpNode::growthMap;
 MObject ShellWarpNode::youngAcross, ShellWarpNode::shear, ShellWarpNode::direction, ShellWarpNode::directionX, ShellWarpNode::directionY,
     ShellWarpNode::directionZ, ShellWarpNode::directions;
 MObject ShellWarpNode::creases, ShellWarpNode::creaseEdges, ShellWarpNode::creaseFactor, ShellWarpNode::creaseAngle, ShellWarpNode::creaseSetsAngle, ShellWarpNode::creaseYield,
@@ -230,7 +231,9 @@ MStatus create_maps() {
   CHECK_MSTATUS_AND_RETURN_IT(status);
   status = create_painted(Node::bendMapList, Node::bendMap, {"bendMapList", "bml", "bendMap", "bmp"}, 1, kMost);
   CHECK_MSTATUS_AND_RETURN_IT(status);
-  return create_painted(Node::stretchMapList, Node::stretchMap, {"stretchMapList", "sml", "stretchMap", "smp"}, 1, kMost);
+  status = create_painted(Node::stretchMapList, Node::stretchMap, {"stretchMapList", "sml", "stretchMap", "smp"}, 1, kMost);
+  CHECK_MSTATUS_AND_RETURN_IT(status);
+  return create_painted(Node::growthMapList, Node::growthMap, {"growthMapList", "gml", "growthMap", "gmp"}, 1, kMost);
 }
 
 MStatus create_supports() {
@@ -397,10 +400,10 @@ MStatus ShellWarpNode::addAttributes() {
       reducedFields, autoError,    correctionSteps, integrator, certify,       supportKind, supportComponents, supportWeightList,
       frameFrom,     supportFrame, handles,      preset,        young,       poisson,           volumeDensity,
       colliders,     proxy,        follow,       supportFields, wind,       airDensity,        normalDrag,
-      tangentialDrag, dampingStiffness, cache,  thicknessMapList, youngMapList,     densityMapList, bendMapList, stretchMapList, proxyVertices, proxyThickness,
+      tangentialDrag, dampingStiffness, cache,  thicknessMapList, youngMapList,     densityMapList, bendMapList, stretchMapList, growthMapList, proxyVertices, proxyThickness,
       contactPatches, contactPatchesNear, contactPatchesMost, pushOut, dampingMapList, stiffnessFactor,
       youngAcross, shear, direction, directions, creases, restShape, supportAxes, ties, tieWithin, force, forceMapList, windMapList, followRest};
-  const MObject children[] = {windMap, windX, windY, windZ, gravityX,       gravityY,       gravityZ,          supportWeights,   dampingMap, thicknessMap, youngMap, densityMap, bendMap, stretchMap, handleVertex,
+  const MObject children[] = {windMap, windX, windY, windZ, gravityX,       gravityY,       gravityZ,          supportWeights,   dampingMap, thicknessMap, youngMap, densityMap, bendMap, stretchMap, growthMap, handleVertex,
                               handleTarget,   handlePosition, handleOrientation, handleCompliance, handleHeld, handleAxisX, handleAxisY, handleAxisZ, colliderMesh,
                               colliderMatrix, colliderShape,  colliderCells,     colliderFriction, colliderThickness, colliderOneSided, colliderDepth,
                               directionX, directionY, directionZ, creaseEdges, creaseFactor, creaseAngle, creaseSetsAngle, creaseYield,
@@ -446,7 +449,7 @@ MStatus ShellWarpNode::initialize() {
   status = addAttributes();
   CHECK_MSTATUS_AND_RETURN_IT(status);
   // What Artisan offers in the Paint Attributes tool.
-  for (const char *map : {"weights", "supportWeights", "forceMap", "windMap", "dampingMap", "thicknessMap", "youngMap", "densityMap", "bendMap", "stretchMap"})
+  for (const char *map : {"weights", "supportWeights", "forceMap", "windMap", "dampingMap", "thicknessMap", "youngMap", "densityMap", "bendMap", "stretchMap", "growthMap"})
     MGlobal::executeCommand(MString("makePaintable -attrType multiFloat -sm deformer ") + nodeName + " " + map);
   return MS::kSuccess;
 }

@@ -91,7 +91,7 @@ public:
   static MObject stiffnessFrom, frequency, sag, thickness, kBend, kStretch, density;
   static MObject preset, young, poisson, volumeDensity;
   static MObject thicknessMapList, thicknessMap, youngMapList, youngMap, densityMapList, densityMap;
-  static MObject bendMapList, bendMap, stretchMapList, stretchMap;
+  static MObject bendMapList, bendMap, stretchMapList, stretchMap, growthMapList, growthMap;
   static MObject youngAcross, shear, direction, directionX, directionY, directionZ, directions;
   static MObject creases, creaseEdges, creaseFactor, creaseAngle, creaseSetsAngle, creaseYield, restShape;
   static MObject dampingRatio, dampingMass, dampingStiffness, dampingMapList, dampingMap, stiffnessFactor;

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""The pictures of docs/reference/materials.md: what thickness, creases and materials do to a leaf, a card and a hat.
+"""The pictures of docs/reference/materials.md: what thickness, creases, growth and materials do to a leaf, a card, a disk and a hat.
 
     materials_picture.py --cli build/bin/shellwarp --out docs/reference/pictures
 
-Writes materials_leaf.png and materials_hat.png. All shapes are equilibria under gravity, of the full shell.
+Writes materials_leaf.png, materials_growth.png and materials_hat.png. All shapes are equilibria under gravity, of the full shell.
 """
 
 import argparse
@@ -70,6 +70,18 @@ box = [0.0999, -1, -1, 0.1001, 1, 1]
 factor = 0.3
 angle_degrees = 90
 """
+STIFF_LEAF = LEAF_SCENE.replace("1e8", "1e9")
+GROWN = '[material.map]\ngrowth = "{}.txt"\n'
+DISK_SCENE = """mesh = "disk.obj"
+[[support]]
+box = [-0.007, -0.007, -1, 0.007, 0.007, 1]
+[material]
+young = 1e9
+poisson = 0.3
+thickness = 2.5e-4
+volume_density = 800
+"""
+RINGS, AROUND, RADIUS = 20, 96, 0.05     # of the disk, m
 HAT_SCENE = """mesh = "hat.obj"
 scale = 0.01
 up = "y"
@@ -125,6 +137,21 @@ def make_card(folder):
     return grid(41, 17)
 
 
+def make_disk(folder):
+    """Rings of triangles about a middle vertex, and how much of its radius each vertex has."""
+    ring, k = np.meshgrid(np.arange(1, RINGS + 1), np.arange(AROUND), indexing="ij")
+    angle, share = 2 * np.pi * (k + 0.5 * (ring % 2)) / AROUND, ring / RINGS
+    points = np.stack([RADIUS * share * np.cos(angle), RADIUS * share * np.sin(angle), 0 * share], axis=-1).reshape(-1, 3)
+    at = lambda r, k: 1 + (r - 1) * AROUND + k % AROUND  # noqa: E731
+    triangles = [[0, at(1, k), at(1, k + 1)] for k in range(AROUND)]
+    for r in range(1, RINGS):
+        for k in range(AROUND):
+            low, high = [at(r, k), at(r, k + 1)], [at(r + 1, k + r % 2), at(r + 1, k + r % 2 + 1)]
+            triangles += [[low[0], high[0], low[1]], [low[1], high[0], high[1]]]
+    write_mesh(folder / "disk.obj", np.concatenate([np.zeros((1, 3)), points]), np.array(triangles))
+    return np.array(triangles), np.concatenate([[0.0], share.ravel()])
+
+
 def make_hat(folder):
     """The hat of the character, and the outer half of its brim."""
     (folder / "hat.obj").write_text(HAT.read_text(encoding="utf-8"), encoding="utf-8")
@@ -176,6 +203,25 @@ def draw_leaf_and_card(cli, folder, out):
     save(out / "materials_leaf.png", panels + [panel(view, halves, level, "a card folded to 90°")])
 
 
+def draw_growth(cli, folder, out):
+    down = "[0, 0, -9.81]"
+    triangles, _ = make_leaf(folder)
+    across = np.abs(np.tile(np.linspace(-1, 1, COLUMNS), ROWS))
+    write_list(folder / "rim.txt", np.round(1 + 0.3 * across ** 4, 6))
+    leaves = [(shape(cli, folder, name, STIFF_LEAF + more, down), words)
+              for name, more, words in (("flat", "", "a leaf as it is drawn"), ("ruffled", GROWN.format("rim"), "its rim grew by 30 %"))]
+    view, level = view_of([points for points, _ in leaves], 2, azimuth=-50, elevation=30)
+    panels = [panel(view, [(points, triangles, LEAF)], level, words) for points, words in leaves]
+    faces, share = make_disk(folder)
+    write_list(folder / "edge.txt", np.round(1 + 0.25 * share ** 6, 6))
+    write_list(folder / "middle_grew.txt", np.round(1.1 - 0.1 * share ** 2, 6))
+    disks = [(shape(cli, folder, name, DISK_SCENE + GROWN.format(grown), down), words)
+             for name, grown, words in (("rim", "edge", "a disk whose rim grew by 25 %"), ("bowl", "middle_grew", "whose middle grew by 10 %"))]
+    view, level = view_of([points for points, _ in disks], 2, azimuth=-50, elevation=30)
+    panels += [panel(view, [(points, faces, (206, 150, 120))], level, words) for points, words in disks]
+    save(out / "materials_growth.png", panels)
+
+
 def draw_hats(cli, folder, out):
     triangles = make_hat(folder)
     kinds = (("felt", FELT, "felt", (116, 76, 190)), ("brim", FELT + BRIM, "felt with a stiff brim", (150, 84, 160)), ("steel", STEEL, "steel", (146, 156, 170)))
@@ -191,6 +237,7 @@ def main():
     args = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         draw_leaf_and_card(args.cli.resolve(), Path(folder), args.out)
+        draw_growth(args.cli.resolve(), Path(folder), args.out)
         draw_hats(args.cli.resolve(), Path(folder), args.out)
 
 

@@ -24,6 +24,13 @@ impl AreaEnergy {
         Self { k, triangles: mesh.triangles.clone(), divisor: rest_area.clone(), rest_area, rest_gradient }
     }
 
+    /// The same with areas without stress of each triangle's own.
+    pub(super) fn measured(mut self, area: impl Fn(usize) -> f64) -> Self {
+        self.rest_area = (0..self.triangles.len()).map(area).collect();
+        self.divisor.copy_from_slice(&self.rest_area);
+        self
+    }
+
     /// The same with a constant of each triangle's own, of which that of the term is the largest.
     pub fn with(mut self, values: &[f64]) -> Self {
         self.divisor.iter_mut().zip(values).for_each(|(divisor, k)| *divisor *= self.k / k);

@@ -6,11 +6,13 @@
 
 use super::fold_over::fold_over;
 use super::hinge::{
-    COLLAPSED, add_letting_go, angle_curvature, angle_gradient, dihedral_angle, normals, presence, wrapped_difference,
+    add_letting_go, angle_curvature, angle_gradient, dihedral_angle, normals, presence, small, small_of,
+    wrapped_difference,
 };
 use super::law::Law;
 use super::mirror::{Mirror, MirroredEnergy};
 use super::patch::{self, Beyond};
+use super::rest::Rest;
 use super::{Curvature, ElementHessian, Energy, Fold, MAX_ELEMENT as MOST, Mat3, RestRow, Term, flips};
 use crate::material::Creases;
 use crate::mesh::NONE;
@@ -106,6 +108,39 @@ struct Edge {
     factor: f64,
 }
 
+/// Where the corners of the triangles are without stress.
+struct Shape<'a> {
+    x: &'a [Vec3],
+    triangles: &'a [[u32; 3]],
+    /// Corners of each by lengths of its own.
+    laid: Option<&'a [[Vec3; 3]]>,
+}
+
+impl Shape<'_> {
+    fn corners(&self, t: usize) -> [Vec3; 3] {
+        self.laid.map_or_else(|| self.triangles[t].map(|v| self.x[v as usize]), |laid| laid[t])
+    }
+
+    /// The ends of edge k and the corner beyond it, in the triangle there; at a mirror the triangle's own.
+    fn across(&self, t: usize, k: usize, beyond: &Beyond) -> [Vec3; 3] {
+        let corners = self.corners(t);
+        let own = [corners[(k + 1) % 3], corners[(k + 2) % 3], corners[k]];
+        let Beyond::Vertex { corner, triangle } = *beyond else { return own };
+        let ends = [self.triangles[t][(k + 1) % 3], self.triangles[t][(k + 2) % 3]];
+        let (there, places) = (self.triangles[triangle], self.corners(triangle));
+        let place = |v: u32| there.iter().position(|w| *w == v).map_or(own[2], |i| places[i]);
+        [place(ends[0]), place(ends[1]), place(corner)]
+    }
+}
+
+/// Twice the areas of the two triangles at each edge.
+type Doubled = [[f64; 2]; 3];
+
+/// Twice the area.
+fn doubled([a, b, c]: &[Vec3; 3]) -> f64 {
+    (b - a).cross(&(c - a)).norm()
+}
+
 /// Cosine of two directions between which an edge stays: a seam stays where it is.
 const TURN: f64 = 0.9;
 const CLAMP: u8 = u8::MAX;
@@ -126,51 +161,55 @@ impl BendingEnergy {
     pub fn new(mesh: &Mesh, stiffness: &Matrix3<f64>, clamped: &[bool]) -> Self {
         let none = Creases::default();
         let edges = Edges { clamped, creases: &none, given: &mesh.positions, mirrors: &[], flat: &mesh.positions };
-        Self::of_plates(mesh, &mut [], |_, _| *stiffness, |_, _| 1.0, &edges).0
+        Self::of_plates(&Rest::of(mesh), &mut [], |_, _| *stiffness, |_, _| 1.0, &edges).0
     }
 
     /// The same with other edges; what reaches across planes of symmetry is a term of its own.
-    pub(super) fn creased(mesh: &Mesh, stiffness: &Matrix3<f64>, edges: &Edges) -> Vec<Box<dyn Energy>> {
-        let (all, images) = Self::of_plates(mesh, &mut [], |_, _| *stiffness, |_, _| 1.0, edges);
-        MirroredEnergy::part(all, mesh.positions.len(), &images)
+    pub(super) fn creased(rest: &Rest, stiffness: &Matrix3<f64>, edges: &Edges) -> Vec<Box<dyn Energy>> {
+        let (all, images) = Self::of_plates(rest, &mut [], |_, _| *stiffness, |_, _| 1.0, edges);
+        MirroredEnergy::part(all, rest.mesh.positions.len(), &images)
     }
 
     /// The same with a plate of each triangle's own.
-    pub(super) fn varying(mesh: &Mesh, mut plates: Vec<Plate>, law: &Law, edges: &Edges) -> Vec<Box<dyn Energy>> {
+    pub(super) fn varying(rest: &Rest, mut plates: Vec<Plate>, law: &Law, edges: &Edges) -> Vec<Box<dyn Energy>> {
         let stiffness =
             |plate: Plate, corners: &[Vec3; 3]| plate.cube / 12.0 * law.stress(plate.young, &plate.along, corners);
         let about = |plate: Plate, edge: &Vec3| match plate.along == Vec3::zeros() {
             true => plate.rigidity(),
             false => plate.cube * law.about(&plate, edge),
         };
-        let (all, images) = Self::of_plates(mesh, &mut plates, stiffness, about, edges);
-        MirroredEnergy::part(all, mesh.positions.len(), &images)
+        let (all, images) = Self::of_plates(rest, &mut plates, stiffness, about, edges);
+        MirroredEnergy::part(all, rest.mesh.positions.len(), &images)
     }
 
     /// `about`: what resists bending about an edge, in any unit. With what vertices from n_vertices on are the images of.
     fn of_plates(
-        mesh: &Mesh,
+        rest: &Rest,
         plates: &mut [Plate],
         stiffness: impl Fn(Plate, &[Vec3; 3]) -> Matrix3<f64>,
         about: impl Fn(Plate, &Vec3) -> f64,
         edges: &Edges,
     ) -> (Self, Vec<(u32, Mirror)>) {
-        let triangles = flips::bending_triangles(mesh, edges, plates);
+        let mesh = rest.mesh;
+        let (triangles, laid) = flips::bending_triangles(rest, edges, plates);
+        let shape = Shape { x: &mesh.positions, triangles: &triangles, laid: laid.as_deref() };
         let beyond = flips::beyond(mesh, &triangles, edges);
         let plate = |t: usize| plates.get(t).copied().unwrap_or_default();
         let mut images = vec![];
         let of = |t: usize| {
-            let corners = triangles[t].map(|v| mesh.positions[v as usize]);
+            let corners = shape.corners(t);
+            let across: [[Vec3; 3]; 3] = std::array::from_fn(|k| shape.across(t, k, &beyond[t][k]));
             let ratio = std::array::from_fn(|k| match beyond[t][k] {
                 Beyond::Vertex { triangle, .. } => {
                     let edge = corners[(k + 2) % 3] - corners[(k + 1) % 3];
-                    about(plate(t), &edge) / about(plate(triangle), &edge)
+                    about(plate(t), &edge) / about(plate(triangle), &(across[k][1] - across[k][0]))
                 }
                 _ => 1.0,
             });
             let stiffness = stiffness(plate(t), &corners);
-            let elements = patch::elements(mesh, &triangles[t], &beyond[t], (&stiffness, &ratio));
-            Patch::new(mesh, edges, (&triangles[t], &beyond[t]), &elements, &mut images)
+            let elements = patch::elements(&corners, (&beyond[t], &across), (&stiffness, &ratio));
+            let areas = laid.as_ref().map(|_| across.map(|other| [doubled(&corners), doubled(&other)]));
+            Patch::new(mesh, edges, (&triangles[t], &beyond[t], areas), &elements, &mut images)
         };
         let held = |t: &usize| beyond[*t].iter().any(|edge| *edge != Beyond::Free);
         let patches: Vec<Patch> = (0..triangles.len()).filter(held).map(of).collect();
@@ -209,11 +248,11 @@ impl BendingEnergy {
 }
 
 impl Patch {
-    /// Adds the images beyond planes of symmetry to `images`.
+    /// Adds the images beyond planes of symmetry to `images`. `areas` are twice those of the triangles at each edge, if not those of the mesh.
     fn new(
         mesh: &Mesh,
         of: &Edges,
-        (triangle, beyond): (&[u32; 3], &[Beyond; 3]),
+        (triangle, beyond, areas): (&[u32; 3], &[Beyond; 3], Option<Doubled>),
         elements: &Matrix3<f64>,
         images: &mut Vec<(u32, Mirror)>,
     ) -> Self {
@@ -247,7 +286,7 @@ impl Patch {
             Some(Edge {
                 places: [places[0], places[1], places[2], last],
                 rest_angle: own.unwrap_or_else(|| dihedral_angle(&corners)),
-                small: <[Vec3; 2]>::from(normals(&corners)).map(|n| (COLLAPSED * n.norm()).powi(2)),
+                small: areas.map_or_else(|| small(&corners), |of| of[k].map(small_of)),
                 stays: d,
                 factor: if last == CLAMP { 2.0 } else { 1.0 },
             })

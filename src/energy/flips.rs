@@ -7,6 +7,7 @@
 use super::bending::{Edges, Plate};
 use super::mirror_at;
 use super::patch::Beyond;
+use super::rest::{Intrinsic, Rest};
 use crate::material::Crease;
 use crate::{Mesh, Vec3};
 use std::collections::{HashSet, VecDeque};
@@ -74,20 +75,27 @@ fn sorted([a, b]: [u32; 2]) -> [u32; 2] {
 }
 
 /// The mesh's triangles after the flips; those beside creases stay. `plates` are theirs (n_triangles, or none where all are equal), and afterwards those of what comes out.
-pub fn bending_triangles(mesh: &Mesh, edges: &Edges, plates: &mut [Plate]) -> Vec<[u32; 3]> {
+/// And their corners, of a shape with lengths of its own.
+pub(super) fn bending_triangles(
+    rest: &Rest,
+    edges: &Edges,
+    plates: &mut [Plate],
+) -> (Vec<[u32; 3]>, Option<Vec<[Vec3; 3]>>) {
     let Edges { clamped, creases, flat, .. } = *edges;
-    let mut triangles = mesh.triangles.clone();
+    let mut triangles = rest.mesh.triangles.clone();
+    let mut intrinsic = Intrinsic::new(rest);
     let creased = |t: &[u32; 3]| (0..3).any(|k| creases.at([t[k], t[(k + 1) % 3]]).is_some());
     let stay: Vec<bool> = match creases.is_empty() {
         true => vec![],
         false => triangles.iter().map(creased).collect(),
     };
     for _ in 0..PASSES {
-        if !flip(flat, (clamped, &stay), &mut triangles, plates) {
+        if !flip(flat, (clamped, &stay), &mut triangles, (plates, &mut intrinsic)) {
             break;
         }
     }
-    triangles
+    let laid = intrinsic.map(|lengths| triangles.iter().map(|triangle| lengths.corners(triangle)).collect());
+    (triangles, laid)
 }
 
 /// How many triangles meet at each vertex, and should.
@@ -154,7 +162,12 @@ impl Fronts<'_> {
 }
 
 /// One pass over all edges, those of the largest gain first and from each straight on; whether anything was flipped.
-fn flip(x: &[Vec3], (clamped, stay): (&[bool], &[bool]), triangles: &mut [[u32; 3]], plates: &mut [Plate]) -> bool {
+fn flip(
+    x: &[Vec3],
+    (clamped, stay): (&[bool], &[bool]),
+    triangles: &mut [[u32; 3]],
+    (plates, intrinsic): (&mut [Plate], &mut Option<Intrinsic>),
+) -> bool {
     let edges = edges(triangles);
     let mut valence = Valence::of(x.len(), triangles, &edges);
     let mut taken: HashSet<[u32; 2]> = edges.iter().map(|e| sorted(e.ends)).collect();
@@ -176,6 +189,12 @@ fn flip(x: &[Vec3], (clamped, stay): (&[bool], &[bool]), triangles: &mut [[u32; 
             seen[i] = true;
             if barred || valence.gain(quad) <= 0 || !may_flip(quad.map(|v| x[v as usize])) {
                 continue;
+            }
+            if let Some(lengths) = intrinsic {
+                if !may_flip(lengths.quad(&quad)) {
+                    continue;
+                }
+                lengths.flip(&quad);
             }
             if !plates.is_empty() {
                 let area = |t: usize| {

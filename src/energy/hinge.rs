@@ -7,6 +7,7 @@
 //! is caught behind. So a triangle on less than a hundredth of its rest area Ā lets go of its hinges: for θ − θ̄ stands φ₁φ₂ (θ − θ̄), with
 //! φ = r (2 − r), r = (100 A/Ā)² below r = 1 and φ = 1 from there on. The Hessian goes without the derivatives of φ.
 
+use super::rest::Rest;
 use super::{Curvature, ElementHessian, Energy, Fold, Mat3, RestRow, Term};
 use crate::mesh::Edge;
 use crate::{Mesh, Vec3};
@@ -26,7 +27,7 @@ pub struct HingeEnergy {
 }
 
 /// Of the rest area, below which a triangle lets go of its hinges.
-pub(super) const COLLAPSED: f64 = 0.01;
+const COLLAPSED: f64 = 0.01;
 
 /// One hinge in a shape.
 pub(super) struct Bend {
@@ -63,12 +64,23 @@ impl HingeEnergy {
             rest_angle: hinges.iter().zip(angles).map(angle).collect(),
             weight: hinges.iter().zip(k).map(|(h, k)| 3.0 * k * length_over_height(&corners(h))).collect(),
             rest_gradient: hinges.iter().map(|h| angle_gradient(&corners(h))).collect(),
-            small: hinges
-                .iter()
-                .map(|h| <[Vec3; 2]>::from(normals(&corners(h))).map(|n| (COLLAPSED * n.norm()).powi(2)))
-                .collect(),
+            small: hinges.iter().map(|h| small(&corners(h))).collect(),
             hinges,
         }
+    }
+
+    /// The same with lengths and areas of a shape that has the same angles.
+    pub(super) fn measured(mut self, rest: &Rest) -> Self {
+        if rest.metric.is_none() {
+            return self;
+        }
+        for (i, hinge) in self.hinges.iter().enumerate() {
+            let before = hinge.map(|v| rest.mesh.positions[v as usize]);
+            let after = rest.hinge(hinge);
+            self.weight[i] *= length_over_height(&after) / length_over_height(&before);
+            self.small[i] = small(&after);
+        }
+        self
     }
 
     /// As [`Energy::sampled`].
@@ -137,6 +149,16 @@ impl HingeEnergy {
             visit((h, &blocks));
         }
     }
+}
+
+/// (2 Ā/100)² of the two triangles.
+pub(super) fn small(corners: &[Vec3; 4]) -> [f64; 2] {
+    <[Vec3; 2]>::from(normals(corners)).map(|n| small_of(n.norm()))
+}
+
+/// Of twice an area.
+pub(super) fn small_of(doubled: f64) -> f64 {
+    (COLLAPSED * doubled).powi(2)
 }
 
 /// += (θ − θ̄) ∂(φ₁φ₂).

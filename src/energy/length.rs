@@ -22,6 +22,13 @@ impl LengthEnergy {
         Self { k, edges, divisor: rest_length.clone(), rest_length, rest_direction }
     }
 
+    /// The same with lengths without stress of each edge's own.
+    pub(super) fn measured(mut self, lengths: &[f64]) -> Self {
+        self.rest_length.copy_from_slice(lengths);
+        self.divisor.copy_from_slice(lengths);
+        self
+    }
+
     /// The same with a constant of each edge's own, of which that of the term is the largest.
     pub fn with(mut self, values: &[f64]) -> Self {
         self.divisor.iter_mut().zip(values).for_each(|(divisor, k)| *divisor *= self.k / k);

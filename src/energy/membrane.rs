@@ -3,6 +3,7 @@
 //! With the sides u = b − a and v = c − a, the strains (E₁₁, E₂₂, 2E₁₂) are a linear map of the changes of (u·u, v·v, u·v). So are
 //! the three elements of a triangle, √A Lᵀ (E₁₁, E₂₂, 2E₁₂) with LLᵀ = hC: quadratic in the positions, zero at rest to the last bit.
 
+use super::rest::Rest;
 use super::{Curvature, ElementHessian, Energy, Mat3, RestRow, Term};
 use crate::{Mesh, Vec3};
 use nalgebra::{Matrix2, Matrix3, Vector3};
@@ -27,18 +28,22 @@ struct Triangle {
 impl MembraneEnergy {
     /// `stiffness` is LLᵀ = hC, force per length, of (E₁₁, E₂₂, 2E₁₂), isotropic.
     pub fn new(mesh: &Mesh, stiffness: &Matrix3<f64>) -> Self {
+        Self::uniform(&Rest::of(mesh), stiffness)
+    }
+
+    pub(super) fn uniform(rest: &Rest, stiffness: &Matrix3<f64>) -> Self {
         let root = super::patch::upper_root(stiffness);
-        Self::rooted(mesh, |_| root)
+        Self::rooted(rest, |_| root)
     }
 
     /// The same with a stiffness of each triangle's own.
-    pub fn varying(mesh: &Mesh, stiffness: impl Fn(usize) -> Matrix3<f64>) -> Self {
-        Self::rooted(mesh, |t| super::patch::upper_root(&stiffness(t)))
+    pub(super) fn varying(rest: &Rest, stiffness: impl Fn(usize) -> Matrix3<f64>) -> Self {
+        Self::rooted(rest, |t| super::patch::upper_root(&stiffness(t)))
     }
 
-    fn rooted(mesh: &Mesh, root: impl Fn(usize) -> Matrix3<f64>) -> Self {
+    fn rooted(rest: &Rest, root: impl Fn(usize) -> Matrix3<f64>) -> Self {
         let triangle = |(number, corners): (usize, &[u32; 3])| {
-            let [a, b, c] = corners.map(|v| mesh.positions[v as usize]);
+            let [a, b, c] = rest.corners(number);
             let (u, v) = (b - a, c - a);
             let (length, double) = (u.norm(), u.cross(&v).norm());
             // In the frame along u: u = (length, 0), v = (x, y).
@@ -50,7 +55,7 @@ impl MembraneEnergy {
             let rows = std::array::from_fn(|i| map.row(i).transpose());
             Triangle { corners: *corners, kept: 3, rest: [u, v], rows }
         };
-        Self { triangles: mesh.triangles.iter().enumerate().map(triangle).collect() }
+        Self { triangles: rest.mesh.triangles.iter().enumerate().map(triangle).collect() }
     }
 }
 

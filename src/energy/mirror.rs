@@ -6,6 +6,7 @@
 use super::bending::BendingEnergy;
 use super::hinge::HingeEnergy;
 use super::{Curvature, ElementHessian, Energy, MAX_ELEMENT, Mat3, RestRow, Source, Term};
+use crate::material::{lay_out, sides};
 use crate::mesh::{Edge, NONE};
 use crate::{Mesh, Vec3};
 
@@ -66,6 +67,17 @@ impl Point {
     }
 }
 
+/// What an edge on a plane has of l̄/h̄ by its lengths without stress, over that of the mesh: l²/A.
+fn grown(source: &Source, edge: &Edge) -> f64 {
+    let Some(metric) = source.metric else { return 1.0 };
+    let ([a, b], c) = (edge.vertices, edge.opposite[0]);
+    let mesh = source.mesh;
+    let corners = [a, b, c].map(|v| mesh.positions[v as usize]);
+    let lengths = sides(&[a, b, c]).map(|ends| metric.length(mesh, ends));
+    let share = |[a, b, c]: [Vec3; 3]| (b - a).norm_squared() / (b - a).cross(&(c - a)).norm();
+    share(lay_out(corners, lengths)) / share(corners)
+}
+
 /// Elements that reach across planes of symmetry.
 pub struct MirroredEnergy {
     /// On points in place of vertices.
@@ -91,7 +103,7 @@ impl MirroredEnergy {
             places.extend([a, b, c].map(|v| mesh.positions[v as usize]));
             places.push(plane.at(&mesh.positions, source.given).image(&mesh.positions[c as usize]));
             edges.push(Edge { vertices: [first, first + 1], opposite: [first + 2, first + 3] });
-            constants.push(0.5 * k(e));
+            constants.push(0.5 * grown(source, edge) * k(e));
         }
         let apart = Mesh { positions: places, triangles: vec![], edges, component: vec![], ..Mesh::clone(mesh) };
         Self::new(Box::new(HingeEnergy::varying(&apart, &constants)), points)

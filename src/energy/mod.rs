@@ -16,6 +16,7 @@ mod length;
 mod membrane;
 mod mirror;
 mod patch;
+mod rest;
 mod thin;
 mod tie;
 mod yielding;
@@ -31,9 +32,12 @@ pub use thin::{THIN, Thick, thick};
 pub use tie::TieEnergy;
 pub use yielding::Yielding;
 
-use crate::material::{Creases, ElasticSheet, Elasticity, Map, Maps, On, Orthotropy, Quantity, mean, mean_cube};
+use crate::material::{
+    Creases, ElasticSheet, Elasticity, Map, Maps, Metric, On, Orthotropy, Quantity, mean, mean_cube,
+};
 use crate::{Material, Mesh, Vec3};
 use law::Law;
+use rest::Rest;
 use std::collections::HashMap;
 
 /// A 3 × 3 block.
@@ -241,6 +245,8 @@ pub const KOITER: u32 = 2;
 pub struct Source<'a> {
     /// The shape that has no energy but for creases with an angle of their own.
     pub mesh: &'a Mesh,
+    /// Lengths that it has without stress, if they are not those of this shape; its angles are.
+    pub metric: Option<&'a Metric>,
     /// Constants, and which energy.
     pub material: Elasticity,
     /// What varies.
@@ -321,30 +327,31 @@ impl<'a> KoiterParts<'a> {
 
     /// The springs of creases that yield, or of the others.
     fn springs(&self, source: &Source, yielding: bool) -> HingeEnergy {
-        let Source { mesh, creases, clamped, given, mirrors, flat, .. } = *source;
+        let Source { mesh, metric, creases, clamped, given, mirrors, flat, .. } = *source;
         let poisson = self.sheet.poisson;
         let rigidity = |t: usize, edge: &Vec3| match self.orthotropy {
             None => self.plate(t).rigidity() / (12.0 * (1.0 - poisson * poisson)),
             Some(_) => self.plate(t).cube / 12.0 * self.law.about(&self.plate(t), edge),
         };
-        springs(mesh, &bending::Edges { clamped, creases, given, mirrors, flat }, yielding, rigidity)
+        let rest = Rest { mesh, metric };
+        springs(&rest, &bending::Edges { clamped, creases, given, mirrors, flat }, yielding, rigidity)
     }
 }
 
 fn creased_koiter(source: &Source, sheet: &ElasticSheet) -> Vec<Box<dyn Energy>> {
-    let Source { mesh, creases, clamped, given, mirrors, flat, .. } = *source;
+    let Source { mesh, metric, creases, clamped, given, mirrors, flat, .. } = *source;
+    let rest = Rest { mesh, metric };
     let edges = bending::Edges { clamped, creases, given, mirrors, flat };
     let parts = KoiterParts::new(source, sheet);
     let KoiterParts { young, thickness, orthotropy, law, .. } = &parts;
     let mut terms = if young.is_none() && thickness.is_none() && orthotropy.is_none() {
-        uniform_koiter(mesh, sheet, &edges)
+        uniform_koiter(&rest, sheet, &edges)
     } else {
         let plates: Vec<Plate> = (0..mesh.triangles.len()).map(|t| parts.plate(t)).collect();
-        let corners = |t: usize| mesh.triangles[t].map(|v| mesh.positions[v as usize]);
         let along: Vec<Vec3> = plates.iter().map(|plate| plate.along).collect();
-        let stretching = |t| mean(parts.heights(t)) * law.stress(parts.young(t), &along[t], &corners(t));
-        let mut terms = vec![Box::new(MembraneEnergy::varying(mesh, stretching)) as Box<dyn Energy>];
-        terms.extend(BendingEnergy::varying(mesh, plates, law, &edges));
+        let stretching = |t| mean(parts.heights(t)) * law.stress(parts.young(t), &along[t], &rest.corners(t));
+        let mut terms = vec![Box::new(MembraneEnergy::varying(&rest, stretching)) as Box<dyn Energy>];
+        terms.extend(BendingEnergy::varying(&rest, plates, law, &edges));
         terms
     };
     if !creases.is_empty() {
@@ -355,7 +362,8 @@ fn creased_koiter(source: &Source, sheet: &ElasticSheet) -> Vec<Box<dyn Energy>>
 
 /// The creases of another stiffness as springs, each of the plate's own stiffness over the mean height of its triangles, by its factor.
 /// Those that yield, or the others.
-fn springs(mesh: &Mesh, edges: &bending::Edges, yielding: bool, rigidity: impl Fn(usize, &Vec3) -> f64) -> HingeEnergy {
+fn springs(rest: &Rest, edges: &bending::Edges, yielding: bool, rigidity: impl Fn(usize, &Vec3) -> f64) -> HingeEnergy {
+    let mesh = rest.mesh;
     let mut sides: HashMap<[u32; 2], Vec<usize>> = HashMap::new();
     for (t, corners) in mesh.triangles.iter().enumerate() {
         for ends in (0..3).map(|k| [corners[k], corners[(k + 1) % 3]]) {
@@ -373,27 +381,27 @@ fn springs(mesh: &Mesh, edges: &bending::Edges, yielding: bool, rigidity: impl F
         if edge.vertices.iter().all(|v| kept(*v)) {
             return None;
         }
-        let [a, b] = edge.vertices.map(|v| mesh.positions[v as usize]);
         // One behind the other: what gives is the sum, by heights, which go as the areas.
         let (areas, gives) = sides[&crease.vertices].iter().fold((0.0, 0.0), |(areas, gives), t| {
-            let area = mesh.area(*t);
-            (areas + area, gives + area / rigidity(*t, &(b - a)))
+            let area = rest.area(*t);
+            (areas + area, gives + area / rigidity(*t, &rest.side(*t, edge.vertices)))
         });
         Some((crease.factor * areas / gives / 6.0, crease.angle))
     })
+    .measured(rest)
 }
 
 /// Koiter's energy of a thin sheet (1966): the membrane's and the plate's of plane stress. Bending by the blended shape operator.
 pub fn koiter(mesh: &Mesh, sheet: &ElasticSheet, clamped: &[bool]) -> Vec<Box<dyn Energy>> {
     let (creases, given) = (&Creases::default(), &mesh.positions[..]);
-    uniform_koiter(mesh, sheet, &bending::Edges { clamped, creases, given, mirrors: &[], flat: given })
+    uniform_koiter(&Rest::of(mesh), sheet, &bending::Edges { clamped, creases, given, mirrors: &[], flat: given })
 }
 
-fn uniform_koiter(mesh: &Mesh, sheet: &ElasticSheet, edges: &bending::Edges) -> Vec<Box<dyn Energy>> {
+fn uniform_koiter(rest: &Rest, sheet: &ElasticSheet, edges: &bending::Edges) -> Vec<Box<dyn Energy>> {
     let stress = plane_stress(sheet.young, sheet.poisson);
     let thickness = sheet.thickness;
-    let mut terms: Vec<Box<dyn Energy>> = vec![Box::new(MembraneEnergy::new(mesh, &(thickness * stress)))];
-    terms.extend(BendingEnergy::creased(mesh, &(thickness.powi(3) / 12.0 * stress), edges));
+    let mut terms: Vec<Box<dyn Energy>> = vec![Box::new(MembraneEnergy::uniform(rest, &(thickness * stress)))];
+    terms.extend(BendingEnergy::creased(rest, &(thickness.powi(3) / 12.0 * stress), edges));
     terms
 }
 
@@ -404,6 +412,7 @@ pub fn discrete_shell(mesh: &Mesh, material: &Material) -> Vec<Box<dyn Energy>> 
     creased_discrete_shell(
         &Source {
             mesh,
+            metric: None,
             material: (*material).into(),
             maps,
             creases,
@@ -418,10 +427,14 @@ pub fn discrete_shell(mesh: &Mesh, material: &Material) -> Vec<Box<dyn Energy>> 
 }
 
 fn creased_discrete_shell(source: &Source, material: &Material) -> Vec<Box<dyn Energy>> {
-    let Source { mesh, maps, .. } = *source;
+    let Source { mesh, metric, maps, .. } = *source;
     let mut terms: Vec<Box<dyn Energy>> = Vec::new();
     if material.k_area > 0.0 {
         let term = AreaEnergy::new(mesh, material.k_area);
+        let term = match metric {
+            Some(metric) => term.measured(|t| metric.area(t)),
+            None => term,
+        };
         terms.push(Box::new(match maps.by_triangle(Quantity::KArea, mesh) {
             Some(values) => term.with(&values),
             None => term,
@@ -429,6 +442,10 @@ fn creased_discrete_shell(source: &Source, material: &Material) -> Vec<Box<dyn E
     }
     if material.k_length > 0.0 {
         let term = LengthEnergy::new(mesh, material.k_length);
+        let term = match metric {
+            Some(metric) => term.measured(&metric.lengths),
+            None => term,
+        };
         terms.push(Box::new(match edge_lengths(source, material.k_length) {
             Some(values) => term.with(&values),
             None => term,
@@ -451,13 +468,14 @@ fn bend_constants(source: &Source, material: &Material) -> impl Fn(usize) -> f64
 
 /// The hinges that yield, or the others.
 fn hinges(source: &Source, material: &Material, yielding: bool) -> HingeEnergy {
-    let Source { mesh, creases, .. } = *source;
+    let Source { mesh, metric, creases, .. } = *source;
     let k = bend_constants(source, material);
     HingeEnergy::of(mesh, |e, edge| match creases.at(edge.vertices) {
         None => (!yielding).then(|| (k(e), None)),
         Some(crease) if crease.factor == 0.0 || crease.yields() != yielding => None,
         Some(crease) => Some((crease.factor * k(e), crease.angle)),
     })
+    .measured(&Rest { mesh, metric })
 }
 
 /// k_L of each edge, where they differ: of one on a plane of symmetry half is the image's.

@@ -5,7 +5,7 @@
 //! normals n and the share α of an angle that belongs to this side. The first is too soft on irregular meshes, the second too stiff.
 
 use super::Mirror;
-use crate::{Mesh, Vec3};
+use crate::Vec3;
 use nalgebra::{Matrix2, Matrix3, SVD, Vector2, Vector3};
 
 /// Share of the edge-normal operator; 0.3 does as well.
@@ -55,21 +55,20 @@ struct Side {
 }
 
 /// The three elements of a triangle's bending: √A Lᵀ M with LLᵀ = C, elements × edges; edge k is opposite to corner k. The column of a free
-/// edge is zero. `ratios` are those of the rigidity to that beyond each edge: the stiffer side has less of an angle's share.
+/// edge is zero. `across` are the ends of each edge and the corner beyond it, as they are in the triangle there. `ratios` are those of the rigidity to that
+/// beyond each edge: the stiffer side has less of an angle's share.
 pub fn elements(
-    mesh: &Mesh,
-    triangle: &[u32; 3],
-    beyond: &[Beyond; 3],
+    corners: &[Vec3; 3],
+    (beyond, across): (&[Beyond; 3], &[[Vec3; 3]; 3]),
     (stiffness, ratios): (&Matrix3<f64>, &[f64; 3]),
 ) -> Matrix3<f64> {
-    let corners = triangle.map(|v| mesh.positions[v as usize]);
-    let across = corners[1] - corners[0];
-    let normal = across.cross(&(corners[2] - corners[0]));
+    let side = corners[1] - corners[0];
+    let normal = side.cross(&(corners[2] - corners[0]));
     let area = 0.5 * normal.norm();
-    let first = across.normalize();
+    let first = side.normalize();
     let second = normal.normalize().cross(&first);
     let flat = corners.map(|x| Vector2::new((x - corners[0]).dot(&first), (x - corners[0]).dot(&second)));
-    let sides: [Side; 3] = std::array::from_fn(|k| Side::new(mesh, (&corners, &flat), (beyond[k], ratios[k]), k));
+    let sides: [Side; 3] = std::array::from_fn(|k| Side::new(&flat, &across[k], (beyond[k], ratios[k]), k));
     let blend = (1.0 - BLEND) * consistent(&sides, stiffness) + BLEND * edge_normal(&sides, area, stiffness);
     area.sqrt() * upper_root(stiffness) * blend
 }
@@ -81,8 +80,8 @@ fn quadric(q: Vector2<f64>) -> Vector3<f64> {
 
 impl Side {
     fn new(
-        mesh: &Mesh,
-        (corners, flat): (&[Vec3; 3], &[Vector2<f64>; 3]),
+        flat: &[Vector2<f64>; 3],
+        [start, end, other]: &[Vec3; 3],
         (beyond, ratio): (Beyond, f64),
         k: usize,
     ) -> Self {
@@ -97,12 +96,8 @@ impl Side {
         let slope = |point: Vector2<f64>, height: f64, foot: f64| {
             (quadric(point) - (1.0 - foot) * quadric(a) - foot * quadric(b)) / height
         };
-        let other = match beyond {
-            Beyond::Vertex { corner, .. } => mesh.positions[corner as usize],
-            _ => corners[k],
-        };
-        let axis = (corners[j] - corners[i]) / length;
-        let reach = other - corners[i];
+        let axis = (end - start) / length;
+        let reach = other - start;
         let foot_beyond = reach.dot(&axis) / length;
         let beyond_height = (reach - foot_beyond * length * axis).norm();
         let unfolded = a + foot_beyond * edge + beyond_height * normal;

@@ -3,7 +3,7 @@
 use super::pointer::{VectorRows, check_flags, enumerant, not_null, read_array};
 use super::status::Fault;
 use super::structs::{described, read_descriptor};
-use crate::material::{Crease, ElasticSheet, Elasticity, Fibres, Map, On, Quantity, Tie, TiedTo};
+use crate::material::{Crease, ElasticSheet, Elasticity, Fibres, Map, On, Quantity, RestLength, Tie, TiedTo};
 use crate::model::weight::EARTH;
 use crate::{Material, Vec3};
 use std::ffi::c_void;
@@ -29,6 +29,9 @@ pub const SW_MAP_YOUNG: u32 = 5;
 pub const SW_MAP_THICKNESS: u32 = 6;
 /// volume_density.
 pub const SW_MAP_VOLUME_DENSITY: u32 = 7;
+/// Growth, of either energy: length without stress over that of the mesh, or of rest_positions. An edge takes the mean of its ends' or of its triangles' values. Angles
+/// between triangles stay. 1.05 along the rim of a leaf makes it ruffle; 1.001 everywhere is a sheet that was heated. See rest_lengths.
+pub const SW_MAP_GROWTH: u32 = 8;
 
 /// One value a vertex, in the mesh's order; triangles take the mean.
 pub const SW_MAP_ON_VERTICES: u32 = 1;
@@ -41,7 +44,7 @@ pub const SW_MAP_ON_TRIANGLES: u32 = 2;
 pub struct SwMaterialMap {
     /// Set by sw_material_map_init.
     pub struct_size: u32,
-    /// SW_MAP_...: which constant, of the material's energy.
+    /// SW_MAP_...: which constant, of the material's energy, or growth.
     pub quantity: u32,
     /// SW_MAP_ON_...
     pub on: u32,
@@ -153,6 +156,17 @@ pub struct SwMaterialDesc {
     /// Such a crease has a hinge of its own in SW_ENERGY_KOITER, as one of another factor than 1 has: its moment stays below the factor times the sheet's own stiffness at the edge times
     /// this angle. With a factor of 0 it does nothing.
     pub crease_yields: *const f64,
+    /// Edges that without stress are of another length than in the mesh, or in rest_positions (n_rest_lengths x 2 vertices, in any order), each once. The
+    /// shell need not be able to have all these lengths at once: it then rests under stress, as a leaf does whose rim grew.
+    /// Areas and masses without stress follow from the lengths, angles from the mesh, rest_positions or creases. As with rest_positions, sw_model_precompute
+    /// first finds where the shell rests, and the same methods take it. SW_MAP_GROWTH scales the other edges.
+    pub length_edges: *const u32,
+    /// Their lengths (n_rest_lengths), positive. In each triangle every length must be less than the other two together.
+    pub rest_lengths: *const f64,
+    /// Length of length_edges and rest_lengths.
+    pub n_rest_lengths: u32,
+    /// Must be 0.
+    pub length_flags: u32,
 }
 
 described!(SwMaterialDesc, rest_stride);
@@ -238,6 +252,18 @@ pub(super) unsafe fn creases_of(desc: &SwMaterialDesc) -> Result<Vec<Crease>, Fa
         Crease { vertices, factor: factors.get(i).copied().unwrap_or(1.0), angle, yield_angle }
     };
     Ok(ends.into_iter().enumerate().map(crease).collect())
+}
+
+/// The rest lengths of a descriptor; that they are of edges is the shell's to check.
+pub(super) unsafe fn rest_lengths_of(desc: &SwMaterialDesc) -> Result<Vec<RestLength>, Fault> {
+    let n = u64::from(desc.n_rest_lengths);
+    check_flags("material->length_flags", desc.length_flags, 0)?;
+    // SAFETY: the host's lists hold n_rest_lengths elements each.
+    let (ends, lengths) = unsafe {
+        let ends: Vec<[u32; 2]> = read_array("material->length_edges", desc.length_edges.cast(), n)?;
+        (ends, read_array("material->rest_lengths", desc.rest_lengths, n)?)
+    };
+    Ok(ends.into_iter().zip(lengths).map(|(vertices, length)| RestLength { vertices, length }).collect())
 }
 
 /// The ties of a descriptor; that they are of the mesh is the shell's to check.
@@ -336,6 +362,7 @@ const _: () = {
         SW_MAP_YOUNG,
         SW_MAP_THICKNESS,
         SW_MAP_VOLUME_DENSITY,
+        SW_MAP_GROWTH,
     ];
     let mut k = 0;
     while k < header.len() {

@@ -179,9 +179,10 @@ pub unsafe extern "C" fn sw_model_create(
             let supports = supports_of(&read_descriptor_or_default("supports", supports)?)?;
             let (positions, triangles) = read_mesh(mesh)?;
             let rest_shape = rest_shape_of(&made_of, positions.len())?;
-            let fibres = fibres_of(&made_of)?;
+            let (rest_lengths, fibres) = (rest_lengths_of(&made_of)?, fibres_of(&made_of)?);
             let (ties, tie_distance) = (ties_of(&made_of)?, made_of.tie_distance);
-            let make = Make { maps, creases, rest_shape, fibres, ties, tie_distance, ..Make::of(material) };
+            let make =
+                Make { maps, creases, rest_shape, rest_lengths, fibres, ties, tie_distance, ..Make::of(material) };
             let shell = Arc::new(Shell::made(Mesh::new(positions, &triangles)?, make, &supports)?);
             log_repairs(&shell.mesh);
             if shell.material.discrete_shells().is_some_and(|material| material.k_length == 0.0) {

@@ -26,12 +26,22 @@ pub enum Quantity {
     Thickness = 6,
     /// ρ.
     VolumeDensity = 7,
+    /// Length without stress over that of the mesh or the rest shape: of no energy's constants, see [`super::Metric`].
+    Growth = 8,
 }
 
 impl Quantity {
     /// All, by number.
-    pub const ALL: [Self; 7] =
-        [Self::KArea, Self::KLength, Self::KBend, Self::AreaDensity, Self::Young, Self::Thickness, Self::VolumeDensity];
+    pub const ALL: [Self; 8] = [
+        Self::KArea,
+        Self::KLength,
+        Self::KBend,
+        Self::AreaDensity,
+        Self::Young,
+        Self::Thickness,
+        Self::VolumeDensity,
+        Self::Growth,
+    ];
 
     /// Its field's name.
     pub fn name(self) -> &'static str {
@@ -43,6 +53,7 @@ impl Quantity {
             Self::Young => "young",
             Self::Thickness => "thickness",
             Self::VolumeDensity => "volume_density",
+            Self::Growth => "growth",
         }
     }
 
@@ -98,6 +109,47 @@ pub struct Map {
     pub values: Vec<f64>,
 }
 
+impl Map {
+    /// Fails unless there are as many values as the mesh has vertices or triangles, each finite and positive.
+    pub fn check(&self, mesh: &Mesh) -> Result<()> {
+        let Self { quantity, on, values } = self;
+        let name = quantity.name();
+        let (wanted, kind) = match on {
+            On::Vertices => (mesh.positions.len(), "vertices"),
+            On::Triangles => (mesh.triangles.len(), "triangles"),
+        };
+        if values.len() != wanted {
+            let message = format!("the map of {name} has {} values, but the mesh has {wanted} {kind}", values.len());
+            return Err(Error::argument(message));
+        }
+        if let Some(i) = values.iter().position(|x| !(x.is_finite() && *x > 0.0)) {
+            let message = format!("value {i} of the map of {name} is {:?}: it must be positive", values[i]);
+            return Err(Error::argument(message));
+        }
+        Ok(())
+    }
+
+    /// Values by edge.
+    pub fn by_edge(&self, mesh: &Mesh) -> Vec<f64> {
+        if self.on == On::Vertices {
+            return mesh.edges.iter().map(|e| mean(e.vertices.map(|v| self.values[v as usize]))).collect();
+        }
+        let mut sides: HashMap<[u32; 2], Vec<f64>> = HashMap::new();
+        for (t, value) in mesh.triangles.iter().zip(&self.values) {
+            for k in 0..3 {
+                let (a, b) = (t[k], t[(k + 1) % 3]);
+                sides.entry([a.min(b), a.max(b)]).or_default().push(*value);
+            }
+        }
+        let of = |[a, b]: [u32; 2]| match sides[&[a.min(b), a.max(b)]][..] {
+            [one] => one,
+            [one, other, ..] => mean([one, other]),
+            [] => f64::NAN,
+        };
+        mesh.edges.iter().map(|e| of(e.vertices)).collect()
+    }
+}
+
 /// The maps of a material, at most one a constant.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Maps(Vec<Map>);
@@ -107,24 +159,12 @@ impl Maps {
     /// the largest values.
     pub fn new(maps: Vec<Map>, mesh: &Mesh, mut material: Elasticity) -> Result<(Self, Elasticity)> {
         let mut smallest = material;
-        for (k, Map { quantity, on, values }) in maps.iter().enumerate() {
+        for (k, Map { quantity, values, .. }) in maps.iter().enumerate() {
             let name = quantity.name();
             if maps[..k].iter().any(|other| other.quantity == *quantity) {
                 return Err(Error::argument(format!("there are two maps of {name}")));
             }
-            let (wanted, kind) = match on {
-                On::Vertices => (mesh.positions.len(), "vertices"),
-                On::Triangles => (mesh.triangles.len(), "triangles"),
-            };
-            if values.len() != wanted {
-                let message =
-                    format!("the map of {name} has {} values, but the mesh has {wanted} {kind}", values.len());
-                return Err(Error::argument(message));
-            }
-            if let Some(i) = values.iter().position(|x| !(x.is_finite() && *x > 0.0)) {
-                let message = format!("value {i} of the map of {name} is {:?}: it must be positive", values[i]);
-                return Err(Error::argument(message));
-            }
+            maps[k].check(mesh)?;
             let of_the_other = || Error::argument(format!("there is a map of {name}, which the energy does not have"));
             let (low, high) = values.iter().fold((f64::MAX, 0.0f64), |(low, high), x| (low.min(*x), high.max(*x)));
             *quantity.of(&mut material).ok_or_else(of_the_other)? = high;
@@ -161,23 +201,7 @@ impl Maps {
 
     /// Values of a constant by edge; none where it is uniform.
     pub fn by_edge(&self, quantity: Quantity, mesh: &Mesh) -> Option<Vec<f64>> {
-        let map = self.of(quantity)?;
-        if map.on == On::Vertices {
-            return Some(mesh.edges.iter().map(|e| mean(e.vertices.map(|v| map.values[v as usize]))).collect());
-        }
-        let mut sides: HashMap<[u32; 2], Vec<f64>> = HashMap::new();
-        for (t, value) in mesh.triangles.iter().zip(&map.values) {
-            for k in 0..3 {
-                let (a, b) = (t[k], t[(k + 1) % 3]);
-                sides.entry([a.min(b), a.max(b)]).or_default().push(*value);
-            }
-        }
-        let of = |[a, b]: [u32; 2]| match sides[&[a.min(b), a.max(b)]][..] {
-            [one] => one,
-            [one, other, ..] => mean([one, other]),
-            [] => f64::NAN,
-        };
-        Some(mesh.edges.iter().map(|e| of(e.vertices)).collect())
+        self.of(quantity).map(|map| map.by_edge(mesh))
     }
 
     /// Mass per area of each triangle; none where it is uniform.

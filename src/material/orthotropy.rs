@@ -1,6 +1,6 @@
 //! Orthotropy: sheets that are stiffer along a direction than across it, such as paper, weaves and wood.
 
-use super::ElasticSheet;
+use super::{ElasticSheet, Metric};
 use crate::error::{Error, Result, require_finite};
 use crate::{Mesh, Vec3};
 
@@ -61,7 +61,12 @@ impl Fibres {
     }
 
     /// By the triangles of `mesh`, which without stress are those of `unstressed`; none where it is an isotropic sheet.
-    pub fn checked(self, sheet: &ElasticSheet, mesh: &Mesh, unstressed: &Mesh) -> Result<Option<Orthotropy>> {
+    pub fn checked(
+        self,
+        sheet: &ElasticSheet,
+        mesh: &Mesh,
+        (unstressed, metric): (&Mesh, Option<&Metric>),
+    ) -> Result<Option<Orthotropy>> {
         let Self { across, shear, directions: given } = self;
         let (n, root) = (mesh.triangles.len(), across.sqrt());
         if given.len() != 1 && given.len() != n {
@@ -69,7 +74,8 @@ impl Fibres {
                 format!("there are {} directions: give one, or one for each of the {n} triangles", given.len());
             return Err(Error::argument(message));
         }
-        let of = |t: usize| carried(t, *given.get(t).unwrap_or(&given[0]), mesh, unstressed);
+        let shape = |t: usize| metric.map_or_else(|| corners(unstressed, t), |metric| metric.corners[t]);
+        let of = |t: usize| carried(t, *given.get(t).unwrap_or(&given[0]), corners(mesh, t), shape(t));
         let along = (0..n).map(of).collect::<Result<Vec<Vec3>>>()?;
         let isotropic = 0.5 / (1.0 + sheet.poisson);
         let shear = if shear == 0.0 { 0.5 * root / (1.0 + sheet.poisson * root) } else { shear };
@@ -89,7 +95,8 @@ impl Orthotropy {
 
     /// The same with directions carried from the triangles of `mesh` to those of `shape`.
     pub fn carried(&self, mesh: &Mesh, shape: &Mesh) -> Result<Self> {
-        let along = self.along.iter().enumerate().map(|(t, along)| carried(t, *along, mesh, shape));
+        let along =
+            self.along.iter().enumerate().map(|(t, along)| carried(t, *along, corners(mesh, t), corners(shape, t)));
         Ok(Self { given: self.given.clone(), along: along.collect::<Result<_>>()?, ..*self })
     }
 
@@ -100,12 +107,13 @@ impl Orthotropy {
     }
 }
 
-/// The direction at a triangle, in the triangle, and carried with its sides to the shape without stress.
-fn carried(t: usize, direction: Vec3, mesh: &Mesh, unstressed: &Mesh) -> Result<Vec3> {
-    let sides = |mesh: &Mesh| {
-        let [a, b, c] = mesh.triangles[t].map(|v| mesh.positions[v as usize]);
-        [b - a, c - a]
-    };
+fn corners(mesh: &Mesh, t: usize) -> [Vec3; 3] {
+    mesh.triangles[t].map(|v| mesh.positions[v as usize])
+}
+
+/// The direction at triangle `t`, in the triangle, and carried with its sides to the shape without stress.
+fn carried(t: usize, direction: Vec3, there: [Vec3; 3], unstressed: [Vec3; 3]) -> Result<Vec3> {
+    let sides = |[a, b, c]: [Vec3; 3]| [b - a, c - a];
     let refused = |what: &str| {
         let [x, y, z] = direction.data.0[0];
         Err(Error::argument(format!("the direction ({x}, {y}, {z}) at triangle {t} {what}")))
@@ -115,7 +123,7 @@ fn carried(t: usize, direction: Vec3, mesh: &Mesh, unstressed: &Mesh) -> Result<
         return refused("is none: it must be finite and not zero");
     }
     let direction = (direction / largest).normalize();
-    let [u, v] = sides(mesh);
+    let [u, v] = sides(there);
     let normal = u.cross(&v);
     let (d, area) = (direction - normal * (direction.dot(&normal) / normal.norm_squared()), normal.norm_squared());
     if d.norm().is_nan() || d.norm() < IN_PLANE {

@@ -12,7 +12,7 @@ pub const NONE: u32 = u32::MAX;
 
 /// A triangle is degenerate when its area is below this multiple of its longest edge squared. Edge differences carry a
 /// relative rounding error of 1e-16, so a height of 1e-12 edges is the last one with four sure digits.
-const ZERO_AREA: f64 = 1e-12;
+pub const ZERO_AREA: f64 = 1e-12;
 
 /// Quality 4√3 A / Σl² is 1 for an equilateral triangle; below this (aspect about 100) a triangle is called a sliver.
 const SLIVER: f64 = 0.02;

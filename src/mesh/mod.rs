@@ -3,6 +3,7 @@
 mod check;
 mod topology;
 
+pub(crate) use check::ZERO_AREA;
 pub use check::{Diagnostic, Findings, Kind, NONE, Severity, check};
 pub use topology::Orientation;
 pub(crate) use topology::UnionFind;

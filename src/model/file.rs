@@ -27,6 +27,7 @@
 //! | "SYMM" | of each edge on a plane of symmetry its ends, ascending, as u32, the plane's normal, of length 1, and normal · x on it: 4 × f64 |
 //! | "TIES" | of each tie its vertex and the corners of the triangle that this is tied to, thrice the vertex where it is one, as u32, the weights of the corners, the height over it and the stiffness, or 0: 5 × f64 |
 //! | "REST" | the rest shape, if not the mesh: 3n × f64 |
+//! | "LENG" | length of each edge without stress, if not that of the rest shape or the mesh, edges in order of (lower, higher) vertex: one × f64 |
 //! | "SETL" | where it rests by these without load: 3n × f64 |
 //! | "SAGS" | gravity, positions where the shell hangs under it: (3 + 3n) × f64; the modes are those of this shape |
 //! | "SUPP" | of the s support fields, which are the last of the m modes: how many, as u64, the pattern of each at h supported vertices with mass: 3sh × f64, their coupling with the m − s modes and their stiffness: (s(m − s) + s²) × f64 |
@@ -291,7 +292,8 @@ fn restore_shell(header: &Header, from: &mut Reader, material: Elasticity, secti
     let has_fibres = fibres.is_some();
     let bonds = sections.ties.map_or(Ok(vec![]), |content| sections::restore_bonds(&mesh, content))?;
     let mirrors = sections.mirrors.map_or(Ok(vec![]), |content| sections::restore_mirrors(&mesh, content))?;
-    let make = Make { maps, creases, rest_shape, fibres, bonds, mirrors, ..Make::of(material) };
+    let rest_lengths = sections.lengths.map_or(Ok(vec![]), |content| sections::restore_lengths(&mesh, content))?;
+    let make = Make { maps, creases, rest_shape, rest_lengths, fibres, bonds, mirrors, ..Make::of(material) };
     let mut shell = Shell::made(mesh, make, &supports)?;
     if shell.orthotropy.is_some() != has_fibres {
         return invalid("it has directions, but is the same in all of them");

@@ -217,7 +217,7 @@ impl Model {
                     "the energy of a shell with ties has no polynomial form: use the reduced shell"
                 }
                 () if self.shell.is_stressed() => {
-                    "the energy of a shell with a rest shape or rest angles of its own has no polynomial form: use the reduced shell"
+                    "the energy of a shell with a rest shape, growth or rest angles of its own has no polynomial form: use the reduced shell"
                 }
                 () => "the model's reduced shell has no polynomial energy: precompute it anew",
             };

@@ -85,7 +85,7 @@ fn refuse_buckled(shell: &Shell, symbolic: &Symbolic, stiffness: &ScaledStiffnes
         Some(count) => {
             let pose = match &shell.sag {
                 Some(Sag { gravity: g, .. }) => format!("the pose under the gravity {:?}", [g.x, g.y, g.z]),
-                None => "the shape in which the shell rests by its rest shape or angles".into(),
+                None => "the shape in which the shell rests by its rest shape, growth or angles".into(),
             };
             let message = format!("{pose} is unstable in {count} directions: it is about to buckle");
             Err(Error::new(ErrorKind::Numerical, message))

@@ -122,7 +122,9 @@ fn require_support(shell: &Shell, modes: &Modes, options: &Options) -> Result<Op
     }
     let unsupported = |message: &str| Err(Error::new(ErrorKind::Unsupported, message));
     if shell.settled_from.is_some() && modes.zero_modes > 0 {
-        return unsupported("a reduced shell that moves freely cannot have a rest shape or rest angles of its own");
+        return unsupported(
+            "a reduced shell that moves freely cannot have a rest shape, growth or rest angles of its own",
+        );
     }
     if shell.sag.is_some() {
         return unsupported("a reduced shell must not be linearised where it hangs: sag_gravity");

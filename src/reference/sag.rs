@@ -1,7 +1,8 @@
 //! The shapes in which a shell is at rest: without load, and under its own weight.
 
-use super::Solver;
 use super::free_motion::FreeMotions;
+use super::potential::Potential;
+use super::{EquilibriumProgress, Solver};
 use crate::features::{Feature, NonlinearShell, Proof};
 use crate::{Error, ErrorKind, Result, Shell, Vec3};
 use std::sync::Arc;
@@ -15,15 +16,14 @@ pub fn settled(shell: &Arc<Shell>, watch: &mut dyn FnMut(f64) -> Result<()>) -> 
     let _proof: NonlinearShell = Proof::of(Feature::NonlinearShell)?;
     let none = vec![Vec3::zeros(); shell.mass.len()];
     let mut solver = Solver::new(shell.clone())?;
-    let found = solver.equilibrium(&none, &none, &Default::default(), &mut |p| watch(p.load));
-    let found = found.map_err(|error| match error.kind {
+    let found = solver.stable_equilibrium(&none, &mut |p| watch(p.load)).map_err(|error| match error.kind {
         ErrorKind::Numerical => {
-            let message = format!("where the shell rests by its rest shape or angles: {}", error.message);
+            let message = format!("where the shell rests by its rest shape, growth or angles: {}", error.message);
             Error::new(error.kind, message)
         }
         _ => error,
     })?;
-    let mut positions: Vec<Vec3> = shell.mesh.positions.iter().zip(&found.displacement).map(|(x, u)| x + u).collect();
+    let mut positions: Vec<Vec3> = shell.mesh.positions.iter().zip(&found).map(|(x, u)| x + u).collect();
     FreeMotions::new(shell, std::iter::empty(), &positions).align(shell, &mut positions, &shell.mesh.positions);
     if let Some(v) = shell.stray(&positions) {
         let message =
@@ -31,6 +31,43 @@ pub fn settled(shell: &Arc<Shell>, watch: &mut dyn FnMut(f64) -> Result<()>) -> 
         return Err(Error::new(ErrorKind::Numerical, message));
     }
     Ok(Arc::new(shell.settled(positions)))
+}
+
+/// How often a shell without load is sent on from where it is in balance, but would leave that.
+const SADDLES: usize = 8;
+
+/// Of the energy that it began with, what it must lose by that: less is rounding.
+const LOSS: f64 = 1e-9;
+
+impl Solver {
+    /// Displacements of a balance without load that it does not leave: a flat disk whose rim grew is in balance, and ruffles. Of one with more energy than
+    /// it began with, which no way downhill leads to, the search goes downhill in every step.
+    fn stable_equilibrium(
+        &mut self,
+        none: &[Vec3],
+        watch: &mut dyn FnMut(EquilibriumProgress) -> Result<()>,
+    ) -> Result<Vec<Vec3>> {
+        let first = self.shell.energy.value(&self.shell.mesh.positions);
+        let mut found = self.equilibrium(none, none, &Default::default(), watch)?.displacement;
+        if self.shell.energy.value(&self.x) > (1.0 + LOSS) * first {
+            self.set_mixed(false);
+            found = self.equilibrium(none, none, &Default::default(), watch)?.displacement;
+        }
+        for _ in 0..SADDLES {
+            let balance = self.x.clone();
+            let Self { shell, newton, x, constraints, .. } = &mut *self;
+            let potential = Potential { shell, origin: &balance, load: none, step: None, constraints, points: None };
+            if !newton.leave_saddle(&potential, x, &balance)? {
+                break;
+            }
+            if shell.energy.value(x) > shell.energy.value(&balance) - LOSS * first {
+                break;
+            }
+            let start: Vec<Vec3> = x.iter().zip(&shell.mesh.positions).map(|(x, rest)| x - rest).collect();
+            found = self.equilibrium(&start, none, &Default::default(), watch)?.displacement;
+        }
+        Ok(found)
+    }
 }
 
 /// The same shell with its mesh where it hangs at rest under `gravity` (frame axes), found by the nonlinear shell. Its energy

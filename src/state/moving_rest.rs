@@ -351,8 +351,8 @@ impl State {
         let shell = &self.model.shell;
         let bars = [
             (
-                shell.is_stressed() || shell.rest_shape.is_some(),
-                "a full shell that has a shape or angles without stress of its own: switch to another method",
+                shell.is_stressed() || shell.rest_shape.is_some() || shell.metric.is_some(),
+                "a full shell that has a shape, growth or angles without stress of its own: switch to another method",
             ),
             (shell.energy.yielding().is_some(), "a full shell whose creases yield: switch to another method"),
             (!shell.mirrors.is_empty(), "a full shell on planes of symmetry, which stay: switch to another method"),

@@ -1312,6 +1312,13 @@ void a_material_varies_by_files_and_regions() {
   const std::string heavy = "[[material.region]]\nside = 'high-x'\nvolume_density = 27000\n";
   CHECK(slowest_of_material(uniform + heavy) < 0.99 * slow);
   CHECK(slowest_of_material(uniform + heavy + "[[material.region]]\nside = 'high-x'\nvolume_density = 2700\n") == slow);
+  // Growth goes with every material, and is 1 where nothing says more.
+  for (const std::string &of : {std::string(kSheetLines), std::string("k_bend = 2\n")}) {
+    const std::vector<cli::MaterialFile> grown = cli::material_maps(scene_of_material(of + "[[material.region]]\nside = 'high-x'\ngrowth = 1.2\n").material, strip);
+    CHECK(grown.size() == 1 && grown[0].quantity == SW_MAP_GROWTH && grown[0].values.front() == 1 && grown[0].values.back() == 1.2);
+  }
+  // A strip that is half as long again at its free end widens there without load: it is slower, being longer.
+  CHECK(slowest_of_material(uniform + "[[material.region]]\nside = 'high-x'\ngrowth = 1.2\n") < 0.999 * slow);
   cli::Material stiffer = scene_of_material("k_bend = 2\n[[material.region]]\nvertices = [0]\nk_bend = 3\n").material;
   cli::stiffen_bending(stiffer, 10);
   CHECK(stiffer.k_bend == 20 && cli::material_maps(stiffer, strip).at(0).values.at(0) == 30);

@@ -11,6 +11,7 @@ mod creases;
 mod damping;
 mod energy;
 mod koiter;
+mod lengths;
 mod look;
 mod maps;
 mod mechanisms;

@@ -279,6 +279,13 @@ void every_parameter_changes_the_result() {
           for (std::size_t i = 30; i < STRIP_VERTICES; ++i) painted[i] = 0.5;
         },
         word(map, "soft")));
+  for (const std::function<void(Scene &)> &by : {std::function<void(Scene &)>(nothing), std::function<void(Scene &)>(material), std::function<void(Scene &)>(sheet)})
+    CHECK(changes(by, [](Scene &s) {
+      std::vector<double> &grown = s.geometry().attributes["grown"];
+      grown.assign(STRIP_VERTICES, 1);
+      for (std::size_t i = 30; i < STRIP_VERTICES; ++i) grown[i] = 1.02;
+      s.cook.set_text("growthmap", "grown");
+    }));
   CHECK(changes(nothing, number("dampingratio", {0.5})));
   CHECK(changes(nothing, number("dampingmass", {2})));
   CHECK(changes(nothing, number("dampingstiffness", {0.1})));

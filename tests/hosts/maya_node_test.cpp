@@ -111,7 +111,7 @@ void every_attribute_has_its_own_names_and_affects_the_output() {
                                  "binMembership",
                                  "bnm"};
   const std::vector<fake::AttributeInfo> attributes = node.attributes();
-  CHECK(attributes.size() == 118);
+  CHECK(attributes.size() == 120);
   for (const fake::AttributeInfo &attribute : attributes) {
     CHECK(names.insert(attribute.name).second && names.insert(attribute.brief).second);
     CHECK(attribute.affects_output);
@@ -122,7 +122,7 @@ void every_attribute_has_its_own_names_and_affects_the_output() {
 void supports_can_be_painted_and_handles_are_an_array() {
   fake::Deformer node("shellWarp");
   for (const fake::AttributeInfo &attribute : node.attributes()) {
-    const std::set<std::string> painted = {"supportWeights", "thicknessMap", "youngMap", "densityMap", "bendMap", "stretchMap", "dampingMap", "forceMap", "windMap"};
+    const std::set<std::string> painted = {"supportWeights", "thicknessMap", "youngMap", "densityMap", "bendMap", "stretchMap", "growthMap", "dampingMap", "forceMap", "windMap"};
     CHECK(attribute.paintable == (painted.count(attribute.name) == 1));
     const bool array =
         painted.count(attribute.name) || painted.count(attribute.name.substr(0, attribute.name.size() - 4)) || attribute.name == "supportWeightList" ||
@@ -430,6 +430,10 @@ void every_attribute_changes_the_result() {
   for (const auto &[name, by] : maps)
     CHECK(changes(by, [map = name](Scene &s) {
       for (int i = 60; i < STRIP_VERTICES; ++i) s.node.set(std::string(map) + "List[0]." + map + "[" + std::to_string(i) + "]", 0.5);
+    }));
+  for (const auto &by : {std::function<void(Scene &)>(nothing), std::function<void(Scene &)>(material), std::function<void(Scene &)>(sheet)})
+    CHECK(changes(by, [](Scene &s) {
+      for (int i = 60; i < STRIP_VERTICES; ++i) s.node.set("growthMapList[0].growthMap[" + std::to_string(i) + "]", 1.02);
     }));
   CHECK(changes(nothing, number("dampingRatio", 0.5)));
   CHECK(changes(nothing, number("dampingMass", 2)));

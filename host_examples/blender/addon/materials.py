@@ -65,12 +65,20 @@ def group_names(settings):
         names = {"area_density": settings.density_group}
     else:
         names = {constant: getattr(settings, group) for group, constant in MAPS.items()}
+    if settings.growth:
+        names["growth"] = settings.growth_group
     return {constant: name for constant, name in names.items() if name}
 
 
 def read_maps(obj, material):
     """The library's maps: the uniform constant times the weight. Vertices that are not in a group keep the constant."""
     maps = {}
-    for constant, name in group_names(obj.shellwarp).items():
+    settings = obj.shellwarp
+    if settings.growth:
+        grown = weights(obj, settings.growth_group, or_zero=True, outside=0.0) if settings.growth_group else numpy.ones(len(obj.data.vertices))
+        maps["growth"] = 1 + settings.growth * grown
+    for constant, name in group_names(settings).items():
+        if constant == "growth":
+            continue
         maps[constant] = getattr(material, CONSTANTS.get(constant, constant)) * weights(obj, name)
     return maps

@@ -7,7 +7,7 @@ from . import bake, colliders, fields, inputs, library, live, materials, operato
 GROUPS = [
     ("Material", ("material", "preset", "frequency", "sag", "young", "poisson", "young_across", "shear", "directions", "direction", "thickness",
                   "volume_density", "density", "k_bend", "k_length", "k_area", "thickness_group", "young_group", "density_group", "bend_group",
-                  "stretch_group", "rest_shape", "crease_factors", "crease_angles", "crease_flat", "crease_yields", "stiffness_factor")),
+                  "stretch_group", "growth", "growth_group", "rest_shape", "crease_factors", "crease_angles", "crease_flat", "crease_yields", "stiffness_factor")),
     ("Method", ("method", "reduced_fields", "auto_error", "modes", "correction_steps", "integrator", "precision")),
     ("Damping", ("damping_ratio", "damping_mass", "damping_stiffness", "damping_group")),
     ("Loads", ("gravity", "fields", "force_group", "force", "wind", "air_density", "normal_drag", "tangential_drag")),

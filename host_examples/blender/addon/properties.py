@@ -164,6 +164,10 @@ class ShellwarpSettings(bpy.types.PropertyGroup):
                           description="k_B, energy. The plate rigidity is six times this")
     k_length: FloatProperty(override=OVER, name="Stretch", default=1e4, min=0, options=NOT_KEYED, description="k_L, energy per length")
     k_area: FloatProperty(override=OVER, name="Area", default=1e4, min=0, options=NOT_KEYED, description="k_A, energy per area")
+    growth: FloatProperty(override=OVER, name="Growth", default=0.0, soft_min=-0.5, soft_max=1, min=-0.99, precision=3, options=NOT_KEYED,
+                          description="By how much of themselves lengths without stress are longer, at a weight of 1: 0.2 makes a rim ruffle")
+    growth_group: StringProperty(override=OVER, name="Growth map", options=NOT_KEYED,
+                                 description="Vertex group whose weights multiply the growth. Vertices outside do not grow. Empty: all grow alike")
     rest_shape: StringProperty(override=OVER, name="Rest shape", options=NOT_KEYED,
                                description="Shape key that is the shape without stress: the shell first comes to rest from the basis. Empty: the basis")
     crease_factors: StringProperty(override=OVER, name="Creases", options=NOT_KEYED,

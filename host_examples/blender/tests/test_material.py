@@ -54,6 +54,23 @@ class Damping(Case):
         self.assertIn("the group “damped” (damping) is another", self.message(obj))
 
 
+class Growth(Case):
+    def test_a_group_says_where_lengths_without_stress_are_longer(self):
+        """Edges far from the support are as much longer as their ends grew: to a hundredth, as the strip bends away from where it is held."""
+        obj = add_strip()
+        obj.vertex_groups.new(name="grown").add(range(62, scenes.N), 1.0, "REPLACE")
+        obj.shellwarp.gravity = 0.0
+        edges = {"outside": (33, 37), "inside": (97, 101)}
+        lengths = {}
+        for name, growth in (("", 0.0), ("", 0.1), ("grown", 0.1)):
+            obj.shellwarp.growth, obj.shellwarp.growth_group = growth, name
+            play(1)
+            self.assertEqual(self.message(obj), "")
+            lengths[name, growth] = {place: numpy.linalg.norm(numpy.subtract(*shown(obj)[list(ends)])) for place, ends in edges.items()}
+        for name, place, expected in (("", "outside", 1.1), ("", "inside", 1.1), ("grown", "outside", 1.0), ("grown", "inside", 1.1)):
+            self.assertAlmostEqual(lengths[name, 0.1][place] / lengths["", 0.0][place], expected, delta=0.01)
+
+
 class Force(Case):
     def test_a_force_on_a_group_is_the_librarys_in_newtons(self):
         """Weights are shares, nothing acts outside; of a sheet it is in newtons whatever the unit: the same card in metres and in centimetres."""

@@ -13,7 +13,7 @@ CONSTANTS = {"k_area": "area", "k_length": "length", "k_bend": "bend", "density"
 SHEET = {"young", "poisson", "thickness", "volume_density"}
 GRAIN = {"young_across", "shear", "direction", "directions"}   # of a sheet that is stiffer along a direction
 VARIES = {**{name: name for name in ("k_area", "k_length", "k_bend")}, "density": "area_density",
-          **{name: name for name in ("young", "thickness", "volume_density")}}   # the library's name of each map
+          **{name: name for name in ("young", "thickness", "volume_density", "growth")}}   # the library's name of each map
 KEYS = {*CONSTANTS, *SHEET, *GRAIN, "frequency", "sag", "preset", "from_usd", "map", "region", "crease", "rest_shape"}
 LOOKS = {"frequency": "Hz", "sag": "a length"}   # by which the stiffness is found
 CREASE = {"box", "edges", "list", "factor", "angle_degrees", "yield_degrees"}
@@ -156,6 +156,8 @@ def _maps(table, material, simulated, mesh):
 
 
 def _check_varies(key, material, table):
+    if key == "growth":
+        return
     if look_of(table) and key != "density":
         raise SceneError(f"material: {key} does not go with {look_of(table)}, which sets it")
     if isinstance(material, shellwarp.Sheet) != (key in SHEET):
@@ -163,7 +165,7 @@ def _check_varies(key, material, table):
 
 
 def _uniform(key, material):
-    return getattr(material, CONSTANTS.get(key, key))
+    return 1.0 if key == "growth" else getattr(material, CONSTANTS.get(key, key))
 
 
 def _creases(table, simulated, mesh):

@@ -112,7 +112,7 @@ def model_key(tables):
     return content_hash({
         "positions": shell.positions, "triangles": shell.triangles, "held": shell.fixed, "clamped": list(shell.clamped),
         "material": [type(material).__name__, *dataclasses.astuple(material), tables["material"].get("frequency"), *_sag(tables)], "directions": shell.directions,
-        "maps": dict(shell.maps), "creases": list(shell.creases), "rest": shell.rest_positions,
+        "maps": dict(shell.maps), "creases": list(shell.creases), "rest": shell.rest_positions, "lengths": sorted(shell.rest_lengths.items()),
         "axes": sorted(shell.axes.items()), "symmetric": sorted(shell.symmetric.items()), "ties": [list(shell.ties), list(shell.triangle_ties), shell.tie_distance],
         "options": _options_here(tables, shell), "calibrated": simulated_at(tables).calibrates is not None, "library": library_digest()})
 

@@ -44,6 +44,15 @@ class Varying(Case):
         self.write("thick.txt", 5e-4 + 1e-6 * numpy.arange(N))
         self.assertNotEqual(self.shell('{ preset = "card", map = { thickness = "thick.txt" } }')[1], self.shell('{ preset = "card" }')[1])
 
+    def test_growth_goes_with_every_material(self):
+        self.write("grown.txt", [1.0] * 36 + [1.1] * (N - 36))
+        keys = {self.shell(OLD)[1]}
+        for material in ('{ preset = "card", map = { growth = "grown.txt" } }', '{ k_bend = 2.0, region = [{ side = "high-x", growth = 1.1 }] }'):
+            shell, key = self.shell(material)
+            self.assertEqual(shell.maps["growth"].tolist(), [1.0] * 36 + [1.1] * (N - 36))
+            keys.add(key)
+        self.assertEqual(len(keys), 3)
+
     def test_a_thicker_region_stiffens_the_bake(self):
         ends = [self.bake(self.jobs("", LIST.replace(OLD, material))["both"])[1][-1, -1, 2]
                 for material in ('{ preset = "card" }', '{ preset = "card", region = [{ box = [-1, -1, -1, 0.06, 1, 1], thickness = 2e-3 }] }')]

@@ -51,6 +51,7 @@ SW_MAP_AREA_DENSITY = 4
 SW_MAP_YOUNG = 5
 SW_MAP_THICKNESS = 6
 SW_MAP_VOLUME_DENSITY = 7
+SW_MAP_GROWTH = 8
 SW_MAP_ON_VERTICES = 1
 SW_MAP_ON_TRIANGLES = 2
 SW_CREASE_ANGLE_OF_MESH = 7
@@ -232,6 +233,10 @@ class SwMaterialDesc(Structure):
         ("tie_distance", c_double),
         ("metres_per_unit", c_double),
         ("crease_yields", c_void_p),
+        ("length_edges", c_void_p),
+        ("rest_lengths", c_void_p),
+        ("n_rest_lengths", c_uint32),
+        ("length_flags", c_uint32),
     ]
 
 

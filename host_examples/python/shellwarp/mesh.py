@@ -15,7 +15,7 @@ from .errors import InvalidArgumentError
 
 QUANTITIES = {"k_area": _abi.SW_MAP_K_AREA, "k_length": _abi.SW_MAP_K_LENGTH, "k_bend": _abi.SW_MAP_K_BEND,
               "area_density": _abi.SW_MAP_AREA_DENSITY, "young": _abi.SW_MAP_YOUNG, "thickness": _abi.SW_MAP_THICKNESS,
-              "volume_density": _abi.SW_MAP_VOLUME_DENSITY}
+              "volume_density": _abi.SW_MAP_VOLUME_DENSITY, "growth": _abi.SW_MAP_GROWTH}
 
 
 @dataclass(frozen=True)
@@ -84,7 +84,7 @@ class Shell:
     material: "Material | Sheet" = field(default_factory=Material)
     fixed: ArrayLike = ()                                      # vertices held in place
     clamped: ArrayLike = ()                                    # held with their slope; of a Material by all their edge neighbours
-    maps: Mapping[str, ArrayLike] = field(default_factory=dict)  # values of a material's constant, by its name: a vertex or a triangle each
+    maps: Mapping[str, ArrayLike] = field(default_factory=dict)  # values of a material's constant, by its name: a vertex or a triangle each; and "growth", length without stress over that of the mesh or rest_positions
     creases: "Sequence[tuple[Any, ...]]" = ()   # (a, b[, factor[, angle[, yield]]]): edges of another stiffness or rest angle, rad, None as the mesh has it; and how far from that they spring back, rad
     rest_positions: "ArrayLike | None" = None   # the shape without stress (n_vertices x 3), where it is not `positions`
     directions: "ArrayLike | None" = None       # along which a Sheet with young_across has `young`: one (3), or one a triangle (n_triangles x 3)
@@ -94,6 +94,7 @@ class Shell:
     axes: "Mapping[int, str | ArrayLike]" = field(default_factory=dict)  # held along axes alone: "xz", or a direction, or some of them, by vertex
     symmetric: "Mapping[int, str | ArrayLike]" = field(default_factory=dict)  # the same on planes of symmetry, by their normals: held along them, and so is the slope
     metres_per_unit: "float | None" = None      # of lengths: 1, 0.01 for centimetres; 0: not told; None: a Sheet's own, and of a Material not told. A wrong unit, or GPa for Pa, then shows in a warning and in info()
+    rest_lengths: "Mapping[tuple[int, int], float]" = field(default_factory=dict)  # without stress, of edges (a, b) that have another than in `positions` or `rest_positions`
 
     def mesh_desc(self) -> tuple[_abi.SwMeshDesc, tuple[Array, ...]]:
         """The SwMeshDesc and the arrays that it points into, which must outlive it."""
@@ -124,7 +125,7 @@ class Shell:
             item.struct_size, item.quantity, item.on = sizeof(_abi.SwMaterialMap), QUANTITIES[name], counts[values.shape]
             item.format, item.values, item.count = _abi.SW_FORMAT_F64, _arrays.address(values), len(values)
         desc.maps, desc.n_maps = (maps if self.maps else None), len(self.maps)
-        kept += self._creases(desc) + self._ties(desc)
+        kept += self._creases(desc) + self._ties(desc) + self._rest_lengths(desc)
         if self.rest_positions is not None:
             rest, desc.rest_format, desc.rest_stride = _arrays.vectors_in(self.rest_positions, "rest_positions")
             if len(rest) != len(self.positions):  # type: ignore[arg-type]
@@ -151,6 +152,15 @@ class Shell:
         desc.creases, desc.n_creases = _arrays.address(ends), len(ends)
         desc.crease_factors, desc.crease_angles, desc.crease_yields = (_arrays.address(numbers) for numbers in (factors, angles, yields))
         return [ends, factors, angles, yields]
+
+    def _rest_lengths(self, desc: _abi.SwMaterialDesc) -> list[Any]:
+        """Puts them into the descriptor; what it points into."""
+        if not self.rest_lengths:
+            return []
+        ends = _arrays.indices_in(list(self.rest_lengths), "rest_lengths", 2)
+        lengths = numpy.array(list(self.rest_lengths.values()), dtype=numpy.float64)
+        desc.length_edges, desc.rest_lengths, desc.n_rest_lengths = _arrays.address(ends), _arrays.address(lengths), len(ends)
+        return [ends, lengths]
 
     def _ties(self, desc: _abi.SwMaterialDesc) -> list[Any]:
         """Puts them into the descriptor; what it points into."""

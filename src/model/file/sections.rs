@@ -5,7 +5,7 @@ use super::{points, put_u64, supports, u64_of};
 use crate::energy::Mirror;
 use crate::error::invalid;
 use crate::features::{self, Feature, Proof};
-use crate::material::{Bond, Crease, Fibres, Map, On, Orthotropy, Quantity};
+use crate::material::{Bond, Crease, Fibres, Map, On, Orthotropy, Quantity, RestLength};
 use crate::modal::with_basis;
 use crate::model::front::Front;
 use crate::precision::Precision;
@@ -32,6 +32,8 @@ const YIELDS: Tag = *b"YIEL";
 const ORTHOTROPY: Tag = *b"ORTH";
 /// The shape without stress.
 const REST_SHAPE: Tag = *b"REST";
+/// Lengths without stress.
+const LENGTHS: Tag = *b"LENG";
 /// Where the shell rests by these.
 const SETTLED: Tag = *b"SETL";
 /// Fields that follow moving supports.
@@ -74,6 +76,7 @@ fn sizes(model: &Model) -> impl Iterator<Item = (Tag, usize)> {
     let bonds = &model.shell.bonds;
     let bonds = (!bonds.is_empty()).then_some((TIES, TIE * bonds.len()));
     let rest_shape = model.shell.rest_shape.as_ref().map(|shape| (REST_SHAPE, 24 * shape.len()));
+    let lengths = model.shell.metric.as_ref().map(|metric| (LENGTHS, 8 * metric.lengths.len()));
     let settled = model.shell.settled_from.as_ref().map(|given| (SETTLED, 24 * given.len()));
     let sag = model.shell.sag.as_ref().map(|sag| (SAG, 24 + 24 * sag.rest.len()));
     let units = (model.modal.precision() == Precision::I16).then_some((UNITS, 16 * model.modal.n_amplitudes()));
@@ -82,7 +85,7 @@ fn sizes(model: &Model) -> impl Iterator<Item = (Tag, usize)> {
     let polynomial = model.reduced.as_ref().and_then(|reduced| reduced.polynomial.as_ref());
     let polynomial = polynomial.map(|polynomial| (POLYNOMIAL, polynomial.saved_size()));
     let front = model.front.as_ref().map(|front| (FRONT_OF_CHOICE, front.saved_size()));
-    let made_of = [maps, creases, yields, orthotropy, rollers, mirrors, bonds, rest_shape, settled, sag];
+    let made_of = [maps, creases, yields, orthotropy, rollers, mirrors, bonds, rest_shape, lengths, settled, sag];
     made_of.into_iter().chain([units, supports, polynomial, reduced, front]).flatten()
 }
 
@@ -109,6 +112,7 @@ pub(super) fn put(model: &Model, out: &mut Vec<u8>) {
             (YIELDS, ..) => model.shell.creases.all().iter().for_each(|crease| crease.yield_angle.put(out)),
             (ORTHOTROPY, ..) => model.shell.orthotropy.iter().for_each(|fibres| put_orthotropy(fibres, out)),
             (REST_SHAPE, ..) => model.shell.rest_shape.iter().flat_map(|x| x.iter()).for_each(|x| put_point(x, out)),
+            (LENGTHS, ..) => model.shell.metric.iter().flat_map(|of| &of.lengths).for_each(|x| x.put(out)),
             (SETTLED, ..) => model.shell.unloaded().iter().for_each(|x| put_point(x, out)),
             (MAPS, ..) => model.shell.maps.all().iter().for_each(|map| put_map(map, out)),
             (POLYNOMIAL, _, Some(reduced)) => reduced.polynomial.iter().for_each(|polynomial| polynomial.save(out)),
@@ -257,7 +261,7 @@ pub(super) fn restore_fibres(content: &[u8]) -> Result<Fibres> {
 pub(super) fn restore_settled(shell: Shell, content: Option<&[u8]>) -> Result<Shell> {
     let n = shell.mesh.positions.len();
     let positions = match content {
-        None if shell.must_settle() => return invalid("it lacks where it rests by its rest shape or angles"),
+        None if shell.must_settle() => return invalid("it lacks where it rests by its rest shape, lengths or angles"),
         None => return Ok(shell),
         Some(_) if !shell.must_settle() => return invalid("it rests elsewhere than its mesh, without a reason"),
         Some(content) if content.len() != 24 * n => {
@@ -276,7 +280,7 @@ pub(super) fn restore_maps(mut content: &[u8]) -> Result<Vec<Map>> {
     let mut maps = vec![];
     while let Some((front, rest)) = content.split_at_checked(16) {
         let word = |i: usize| u32::from_le_bytes([front[i], front[i + 1], front[i + 2], front[i + 3]]);
-        let quantity = Quantity::ALL.into_iter().find(|quantity| *quantity as u32 == word(0));
+        let quantity = Quantity::ALL.into_iter().find(|q| *q != Quantity::Growth && *q as u32 == word(0));
         let on = [On::Vertices, On::Triangles].into_iter().find(|on| *on as u32 == word(4));
         let size = u64_of(&front[8..]).checked_mul(8).filter(|size| *size <= rest.len() as u64);
         let (Some(quantity), Some(on), Some(size)) = (quantity, on, size) else {
@@ -292,6 +296,15 @@ pub(super) fn restore_maps(mut content: &[u8]) -> Result<Vec<Map>> {
     }
 }
 
+/// Lengths of all edges without stress.
+pub(super) fn restore_lengths(mesh: &Mesh, content: &[u8]) -> Result<Vec<RestLength>> {
+    if content.len() != 8 * mesh.edges.len() {
+        return invalid(format!("{} bytes are not the lengths of {} edges", content.len(), mesh.edges.len()));
+    }
+    let lengths = content.chunks_exact(8).map(f64::get);
+    Ok(mesh.edges.iter().zip(lengths).map(|(edge, length)| RestLength { vertices: edge.vertices, length }).collect())
+}
+
 /// Contents of the sections that a file has.
 #[derive(Default)]
 pub(super) struct Sections<'a> {
@@ -303,6 +316,7 @@ pub(super) struct Sections<'a> {
     pub(super) mirrors: Option<&'a [u8]>,
     pub(super) ties: Option<&'a [u8]>,
     pub(super) rest_shape: Option<&'a [u8]>,
+    pub(super) lengths: Option<&'a [u8]>,
     pub(super) settled: Option<&'a [u8]>,
     pub(super) sag: Option<&'a [u8]>,
     pub(super) units: Option<&'a [u8]>,
@@ -329,6 +343,7 @@ pub(super) fn split(mut bytes: &[u8]) -> Result<Sections<'_>> {
             [b'S', b'Y', b'M', b'M', 0, 0, 0, 0] => &mut sections.mirrors,
             [b'T', b'I', b'E', b'S', 0, 0, 0, 0] => &mut sections.ties,
             [b'R', b'E', b'S', b'T', 0, 0, 0, 0] => &mut sections.rest_shape,
+            [b'L', b'E', b'N', b'G', 0, 0, 0, 0] => &mut sections.lengths,
             [b'S', b'E', b'T', b'L', 0, 0, 0, 0] => &mut sections.settled,
             [b'S', b'A', b'G', b'S', 0, 0, 0, 0] => &mut sections.sag,
             [b'U', b'N', b'I', b'T', 0, 0, 0, 0] => &mut sections.units,

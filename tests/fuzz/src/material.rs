@@ -37,6 +37,8 @@ struct Lists {
     ties: Vec<u32>,
     tied: Vec<u8>,
     pulls: Vec<f64>,
+    long: Vec<[u32; 2]>,
+    lengths: Vec<f64>,
 }
 
 fn maps(input: &mut Input, mesh: &Triangles, koiter: bool) -> (Vec<Vec<f64>>, Vec<SwMaterialMap>) {
@@ -56,7 +58,7 @@ fn maps(input: &mut Input, mesh: &Triangles, koiter: bool) -> (Vec<Vec<f64>>, Ve
         let mut of = || if varies { constant(input) } else { uniform };
         values.push((0..ROOM).map(|_| of()).chain((0..ROOM).map(|_| uniform)).collect());
         match input.below(16) {
-            0 => map.quantity = input.code(9),
+            0 => map.quantity = input.code(10),
             1 => map.on = input.code(4),
             2 => map.format = input.code(4),
             3 => map.count = input.below(ROOM) as u32,
@@ -169,8 +171,38 @@ fn grain(input: &mut Input, mesh: &Triangles, lists: &mut Lists, material: &mut 
     }
 }
 
-/// Where grain begins: what shorter inputs mean stays.
+/// Where grain and lengths begin: what shorter inputs mean stays.
 const GRAIN: usize = 512;
+const LENGTHS: usize = 768;
+
+/// Edges with lengths of their own, and a map of growth, with a few things wrong.
+fn lengths(input: &mut Input, mesh: &Triangles, lists: &mut Lists, material: &mut SwMaterialDesc) {
+    for _ in 0..input.below(6) {
+        let corners = mesh.t[input.below(mesh.t.len())];
+        let k = input.below(3);
+        let ends = [corners[k], corners[(k + 1) % 3]];
+        lists.long.push(if input.one_in(16) { [input.index(mesh.x.len()), ends[0]] } else { ends });
+        let [a, b] = ends.map(|v| mesh.x[v as usize]);
+        let now = (0..3).map(|c| (b[c] - a[c]).powi(2)).sum::<f64>().sqrt();
+        lists.lengths.push(if input.one_in(16) { input.number() } else { now * (1.0 + 0.1 * input.number()) });
+    }
+    (material.length_edges, material.rest_lengths) = (lists.long.as_ptr().cast(), lists.lengths.as_ptr());
+    material.n_rest_lengths = lists.long.len() as u32;
+    if lists.maps.len() < MAPS && input.one_in(2) {
+        let mut map = SwMaterialMap::initial();
+        (map.quantity, map.on, map.format) = (SW_MAP_GROWTH, SW_MAP_ON_VERTICES, SW_FORMAT_F64);
+        lists.values.push(mesh.x.iter().map(|_| 1.0 + 0.1 * input.number()).collect());
+        (map.values, map.count) = (lists.values.last().map_or(null(), |v| v.as_ptr().cast()), mesh.x.len() as u32);
+        lists.maps.push(map);
+        (material.maps, material.n_maps) = (lists.maps.as_ptr(), lists.maps.len() as u32);
+    }
+    match input.below(16) {
+        0 => material.length_edges = null(),
+        1 => material.rest_lengths = null(),
+        2 => material.length_flags = input.code(2),
+        _ => {}
+    }
+}
 
 fn add_ties(input: &mut Input, mesh: &Triangles, lists: &mut Lists, material: &mut SwMaterialDesc) {
     let count = 1 + input.below(3);
@@ -192,6 +224,9 @@ pub fn run(bytes: &[u8]) {
     let mut material = material(&mut input, &mesh, &mut lists);
     if bytes.len() > GRAIN {
         grain(&mut Input::new(&bytes[GRAIN..]), &mesh, &mut lists, &mut material);
+    }
+    if bytes.len() > LENGTHS {
+        lengths(&mut Input::new(&bytes[LENGTHS..]), &mesh, &mut lists, &mut material);
     }
     let held: Vec<u32> = (0..input.below(4)).map(|_| input.index(mesh.x.len())).collect();
     let mut supports = SwSupportDesc::initial();

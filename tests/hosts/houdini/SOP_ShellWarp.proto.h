@@ -53,6 +53,7 @@ public:
   UT_StringHolder getDensitymap() const { return densitymap_; }
   UT_StringHolder getBendmap() const { return bendmap_; }
   UT_StringHolder getStretchmap() const { return stretchmap_; }
+  UT_StringHolder getGrowthmap() const { return growthmap_; }
   fpreal getMetresperunit() const { return metresperunit_; }
   int64_t getCollidershape() const { return collidershape_; }
   int64_t getCollidercells() const { return collidercells_; }
@@ -136,6 +137,7 @@ public:
     densitymap_ = at(values, "densitymap", "string").text.c_str();
     bendmap_ = at(values, "bendmap", "string").text.c_str();
     stretchmap_ = at(values, "stretchmap", "string").text.c_str();
+    growthmap_ = at(values, "growthmap", "string").text.c_str();
     metresperunit_ = at(values, "metresperunit", "float").numbers[0];
     collidershape_ = static_cast<int64_t>(at(values, "collidershape", "ordinal").numbers[0]);
     collidercells_ = static_cast<int64_t>(at(values, "collidercells", "integer").numbers[0]);
@@ -231,6 +233,7 @@ private:
   UT_StringHolder densitymap_;
   UT_StringHolder bendmap_;
   UT_StringHolder stretchmap_;
+  UT_StringHolder growthmap_;
   fpreal metresperunit_ = 0;
   int64_t collidershape_ = 0;
   int64_t collidercells_ = 0;
