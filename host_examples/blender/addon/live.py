@@ -63,6 +63,8 @@ def store(obj, run):
     """Makes `run` the object's, closing another."""
     forget(obj)
     _runs[obj.session_uid] = run
+    if run.uncalibrated:
+        print(f"shellwarp: {obj.name}: {run.uncalibrated}", file=sys.stderr)  # where a render farm looks
 
 
 def forget(obj):

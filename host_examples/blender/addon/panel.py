@@ -170,6 +170,8 @@ def draw_state(layout, context, obj):
         missed, count = run.unmet()
         if missed:
             layout.label(text=f"{missed} of {count} constraints cannot be met", icon="INFO")
+    if run is not None and run.uncalibrated:
+        layout.label(text=run.uncalibrated, icon="INFO")
     if run is not None and run.certified and run.certified not in obj.shellwarp.verdict:
         layout.label(text=run.certified)
 

@@ -50,7 +50,7 @@ def held_of(asset, names):
 def remade(obj, scale):
     """A function that calibrates a model of the object, a proxy, by the mesh that it was made of; None where it was made by hand, or is to be left as it is.
 
-    What it reads of the scene is read now. The function says what came of it, or None where the object is not that proxy any more."""
+    What it reads of the scene is read now. The function says what came of it, or in words why nothing did."""
     settings = obj.shellwarp
     asset = settings.renders[0].target if len(settings.renders) else None
     if not settings.proxy_vertices or not settings.proxy_calibrated or asset is None or asset.type != "MESH":
@@ -58,18 +58,18 @@ def remade(obj, scale):
     package, faces = library.package(), triangles(asset.data)
     positions = rest_positions(asset.data).astype(numpy.float64) * scale
     options = {"thickness": settings.proxy_thickness * scale, "cut": settings.proxy_cut, "held": held_of(asset, settings.proxy_held.split("\n"))}
-    held, n_vertices = held_of(asset, pin_groups(obj)), settings.proxy_vertices
+    held, n_vertices, name = held_of(asset, pin_groups(obj)), settings.proxy_vertices, asset.name
 
     def calibrate(model, shell):
         if not len(held):
-            return None
+            return f"nothing holds “{name}”: its vertex groups of the pins' names are empty"
         with package.Proxy(positions, faces, n_vertices, **options) as made:
             if made.n_vertices != len(shell.positions) or not numpy.array_equal(made.triangles(), shell.triangles):
-                return None
+                return f"it is not the proxy that was made of “{name}” any more"
             try:
                 return model.calibrate(made, held)
-            except (package.UnsupportedError, package.NumericalError, package.InvalidMeshError):
-                return None
+            except (package.UnsupportedError, package.NumericalError, package.InvalidMeshError) as error:
+                return str(error)
 
     return calibrate
 

@@ -44,7 +44,9 @@ class Simulation:
         if recipe.sag:
             shell = package.look.at_sag(shell, recipe.sag[0], recipe.sag[1:], modes=dict(recipe.options)["modes"], progress=progress, calibrate=fit)
         self.model = package.Model(shell)
-        self.calibration = fit(self.model) if fit else None  # what it found
+        found = fit(self.model) if fit else None
+        self.calibration = None if isinstance(found, str) else found
+        self.uncalibrated = f"the proxy is not as stiff as the mesh that it stands for: {found}" if isinstance(found, str) else ""
         try:
             self.model.precompute(progress=progress, **dict(recipe.options))
         except Exception as error:

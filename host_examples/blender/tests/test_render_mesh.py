@@ -98,9 +98,17 @@ class Made(Case):
         self.assertGreater(numpy.abs(shown(slab) - rest).max(), 1e-3)
         found = part("live").simulation(proxy).calibration   # by the group of the same name on the slab
         self.assertLess(found["difference_after"], found["difference_before"])
+        self.assertEqual(part("live").simulation(proxy).uncalibrated, "")
+        slab.vertex_groups["held"].name = "renamed"
+        s.density = 0.31
+        play(1)
+        run = part("live").simulation(proxy)
+        self.assertIsNone(run.calibration)
+        self.assertIn(f"nothing holds “{slab.name}”", run.uncalibrated)
         s.proxy_calibrated = False
-        play(2)
-        self.assertIsNone(part("live").simulation(proxy).calibration)
+        play(1)
+        run = part("live").simulation(proxy)
+        self.assertEqual((run.calibration, run.uncalibrated), (None, ""))
 
     def test_what_cannot_be_is_refused_and_nothing_is_left_behind(self):
         proxy, slab = self.pair()

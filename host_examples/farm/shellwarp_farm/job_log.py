@@ -86,10 +86,15 @@ def library_messages(receiver):
         _heard.receiver = before
 
 
-def _hear(level, message):
+def tell(text):
+    """Says something where the library's messages of this thread go."""
     receiver = getattr(_heard, "receiver", None)
     if receiver:
-        receiver(f"{level}: {message}")
+        receiver(text)
+
+
+def _hear(level, message):
+    tell(f"{level}: {message}")
 
 
 def _worker():

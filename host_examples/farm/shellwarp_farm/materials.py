@@ -47,6 +47,11 @@ def is_sheet(table):
     return not look_of(table) and bool(set(table) & (SHEET | GRAIN | {"preset"}) or table.get("from_usd"))
 
 
+def holds_slopes_by_neighbours(table):
+    """Whether clamped vertices are held with their neighbours: by the paper's constants."""
+    return any(key in table for key in (*LOOKS, "k_area", "k_length", "k_bend"))
+
+
 def look_of(table):
     """The key of what sets the stiffness, None where numbers do."""
     return next((key for key in LOOKS if key in table), None)

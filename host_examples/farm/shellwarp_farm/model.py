@@ -15,7 +15,7 @@ from .cache import Cache
 from .content import content_hash
 from .errors import FarmError, SceneError
 from .handles import NAMES, demand
-from .job_log import library_messages
+from .job_log import library_messages, tell
 from .materials import look_of, material_of, parts_of, with_usd
 from .simulated import drawn_at, simulated_at
 from .supports import FIELDS, any_moves, at_rest, axes_of, held_vertices, supported_vertices
@@ -168,25 +168,29 @@ def _sag(tables):
     return [tables["material"]["sag"], list(tables["gravity"])] if look_of(tables["material"]) == "sag" else []
 
 
-def _calibration(shell, proxy):
-    """What calibrates models of the shell by the proxy, where they can be."""
-    def nothing(model):
+def _calibration(simulated):
+    """What calibrates models of a proxy; of one that cannot be it says why, once."""
+    told = []
+
+    def calibrate(model):
+        why = simulated.uncalibrated
+        if simulated.calibrates is not None:
+            try:
+                return model.calibrate(simulated.calibrates)
+            except (shellwarp.UnsupportedError, shellwarp.InvalidMeshError, shellwarp.NumericalError) as error:
+                why = str(error)
+        if why and not told:
+            told.append(why)
+            tell(f"the proxy is not as stiff as the mesh that it stands for: {why}")
         return None
-    if proxy is None:
-        return nothing
-    try:
-        with shellwarp.Model(shell) as model:
-            model.calibrate(proxy)
-    except (shellwarp.UnsupportedError, shellwarp.InvalidMeshError, shellwarp.NumericalError):   # as stiff as its own mesh then
-        return nothing
-    return lambda model: model.calibrate(proxy)
+    return calibrate
 
 
 def _precompute(tables):
     shell = shell_of(tables)
     options = _options_here(tables, shell)
     look = look_of(tables["material"])
-    calibrate = _calibration(shell, simulated_at(tables).calibrates)
+    calibrate = _calibration(simulated_at(tables))
     if look == "frequency":
         shell = shellwarp.look.at_frequency(shell, tables["material"]["frequency"], tables["options"]["modes"], calibrate=calibrate)
     elif look == "sag":

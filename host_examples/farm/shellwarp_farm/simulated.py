@@ -28,6 +28,7 @@ class Simulated(NamedTuple):
     file_triangles: "numpy.ndarray | slice"   # that each here stands for
     is_other: bool        # than the job's own
     calibrates: "shellwarp.Proxy | None" = None   # its models
+    uncalibrated: str = ""   # why none does, where that was not asked for
 
 
 def simulated_at(tables):
@@ -35,23 +36,31 @@ def simulated_at(tables):
     asset = mesh_at(tables["mesh"])
     n_file = len(asset[0])
     if not tables["proxy"]:
-        return Simulated(*asset, n_file, functools.partial(_checked, range(n_file)), lambda values: values, len(asset[1]), slice(None), False)
+        return whole_of(asset)
     options = {**tables["proxy"], "held": _held_of(tables, asset)}
-    wanted = options.pop("calibrated", True) and options["held"]
+    wanted = options.pop("calibrated", True)
+    why = "nothing holds it" if wanted and not options["held"] else ""
     positions, triangles, nearest, sources, weights, file_triangles, made = _kept_of(_proxy_reader(tuple(sorted(options.items()))), tables["mesh"])
     carried = functools.partial(_carried, sources, weights)
-    return Simulated(positions, triangles, n_file, functools.partial(_checked, nearest), carried, len(asset[1]), file_triangles, True, made if wanted else None)
+    return Simulated(positions, triangles, n_file, functools.partial(_checked, nearest), carried, len(asset[1]), file_triangles, True, made if wanted and not why else None, why)
+
+
+def whole_of(asset):
+    """A job's own mesh, simulated as it is."""
+    n = len(asset[0])
+    return Simulated(*asset, n, functools.partial(_checked, range(n)), lambda values: values, len(asset[1]), slice(None), False)
 
 
 def _held_of(tables, asset):
     """The vertices of the job's own mesh that its supports hold, whose outline a proxy keeps."""
-    from . import selection   # which uses what is here
+    from . import materials, selection, supports   # which use what is here
 
-    whole = Simulated(*asset, len(asset[0]), functools.partial(_checked, range(len(asset[0]))), lambda values: values, len(asset[1]), slice(None), False)
+    whole = whole_of(asset)
+    chosen = supports.with_neighbours if materials.holds_slopes_by_neighbours(tables["material"]) else selection.chosen
     held = set()
     for support in tables["support"]:
         try:
-            held.update(selection.chosen(support, whole, tables["mesh"]).tolist())
+            held.update(chosen(support, whole, tables["mesh"]).tolist())
         except SceneError:   # whoever makes the shell says so
             continue
     return tuple(sorted(held))

@@ -5,7 +5,7 @@ import numpy
 from . import motion, samples, selection, way
 from .errors import SceneError
 from .handles import check_axes
-from .simulated import mesh_at, simulated_at
+from .simulated import mesh_at, simulated_at, whole_of
 
 KEYS = selection.WHERE | {"kind", "axes", "symmetric", "key", "about"}
 FIELDS = 24   # support_fields where a support has a key and nobody says how many
@@ -49,12 +49,20 @@ def held_vertices(supports, simulated, mesh):
 
 
 def with_neighbours(support, simulated, mesh):
-    """The vertices of a support, clamped ones with those that share a triangle with one."""
-    held = selection.chosen(support, simulated, mesh)
+    """The vertices of a support, clamped ones with those that share a triangle with one: on a proxy, whose edges are long, the neighbours are those on the mesh that it stands for."""
     if support.get("kind", "fixed") == "fixed":
-        return held
-    touched = numpy.isin(simulated.triangles, held).any(axis=1)
-    return numpy.union1d(held, simulated.triangles[touched])
+        return selection.chosen(support, simulated, mesh)
+    if not simulated.is_other:
+        return _grown(selection.chosen(support, simulated, mesh), simulated.triangles)
+    asset = mesh_at(mesh)
+    wide = _grown(selection.chosen(support, whole_of(asset), mesh), asset[1])
+    held = numpy.unique([simulated.here(int(vertex)) for vertex in wide])
+    inside = simulated.triangles[numpy.isin(simulated.triangles, held).all(axis=1)]   # these hold their slope
+    return numpy.union1d(held, _grown(numpy.setdiff1d(held, inside), simulated.triangles))
+
+
+def _grown(vertices, triangles):
+    return numpy.union1d(vertices, triangles[numpy.isin(triangles, vertices).any(axis=1)])
 
 
 def supported_vertices(supports, simulated, mesh, kind):

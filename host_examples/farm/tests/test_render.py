@@ -10,10 +10,12 @@ import small
 
 from shellwarp_farm.errors import SceneError
 from shellwarp_farm.job import bake, hash_of
+from shellwarp_farm.job_log import log_path
 from shellwarp_farm.mesh_file import read_polygons
 from shellwarp_farm.model import model_tables, prepare
 from shellwarp_farm.scenes import read_list
-from shellwarp_farm.simulated import mesh_at
+from shellwarp_farm.simulated import mesh_at, simulated_at
+from shellwarp_farm.supports import held_vertices
 
 LIST = """
 [[asset]]
@@ -102,9 +104,30 @@ class Render(unittest.TestCase):
         plain = small.jobs(self.folder, text.replace("proxy = 80", "proxy = 80\nproxy_calibrated = false"))[0]
         self.bake(plain)
         self.assertGreater(numpy.abs(self.points(f"{plain['name']}.pc2")[-1] - points[-1]).max(), 1e-6)   # of another stiffness
+        self.assertNotIn("not as stiff", log_path(self.folder / "out", plain["name"]).read_text(encoding="utf-8"))   # as it was asked for
         for wrong, said in (("proxy = 80", "proxy = 2"), ("proxy = 80", "proxy_cut = true")):
             with self.assertRaisesRegex(SceneError, "asset card: proxy"):
                 read_list(small.write_list(self.folder, text.replace(wrong, said)))
+
+    def test_a_proxy_that_cannot_be_calibrated_says_why(self):
+        text = LIST.replace("RENDER", "[]").replace('mesh = "card.obj"', 'mesh = "card.obj"\nproxy = 30').replace("support = [{", "# [{")
+        job = small.jobs(self.folder, text)[0]
+        said = [message for message in prepare(model_tables(job), self.folder / "cache")["messages"] if "not as stiff" in message]
+        self.assertEqual(said, ["the proxy is not as stiff as the mesh that it stands for: nothing holds it"])
+
+    def test_a_clamped_proxy_is_held_as_far_as_its_mesh_and_no_edge_of_its_own_further(self):
+        rows, columns = 9, 61   # a card of quads, clamped at its end: 2 mm hold its slope there
+        lines = [f"v {0.002 * i:.17g} {0.0025 * j:.17g} 0" for i in range(columns) for j in range(rows)]
+        lines += [f"f {a} {a + rows} {a + rows + 1} {a + 1}" for i in range(columns - 1) for a in range(i * rows + 1, i * rows + rows)]
+        (self.folder / "quads.obj").write_text("\n".join(lines) + "\n")
+        text = LIST.replace("RENDER", "[]").replace('mesh = "card.obj"', 'mesh = "quads.obj"\nproxy = 60')
+        text = text.replace('kind = "fixed", vertices = [0, 1, 2, 3, 4, 5]', f'kind = "clamped", vertices = {list(range(10 * rows))}')
+        tables = model_tables(small.jobs(self.folder, text)[0])
+        simulated = simulated_at(tables)
+        held = simulated.positions[held_vertices(tables["support"], simulated, tables["mesh"])][:, 0]
+        edge = 0.0068   # of 60 vertices on 120 x 20 mm
+        self.assertGreater(held.max(), 0.018 - edge / 2)
+        self.assertLess(held.max(), 0.020 + edge / 2)   # the nearest vertex is no further; a row of the proxy would be
 
     def test_usd_keeps_the_faces(self):
         from pxr import Usd, UsdGeom
