@@ -28,6 +28,7 @@ struct ProxySource {
   SwProxyInfo info;
   std::shared_ptr<const shellwarp::Proxy> made{};
   bool calibrates = true;            // models of it
+  std::vector<uint32_t> clamped{};   // by the paper's constants: of the proxy, what stands for the file's clamped vertices and their neighbours, which is what holds the file
   mutable std::string calibrated{};  // what came of the last one's
 };
 

@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <cstring>
 #include <filesystem>
 #include <stdexcept>
 
@@ -41,7 +42,7 @@ shellwarp::Proxy proxy_of(const Mesh &file, const SwProxyDesc &desc) {
   try {
     return shellwarp::Proxy(desc_of(file), desc);
   } catch (const shellwarp::Error &error) {
-    if (error.status() != SW_ERROR_INVALID_MESH || (desc.flags & SW_PROXY_CUT)) throw;
+    if (error.status() != SW_ERROR_INVALID_MESH || (desc.flags & SW_PROXY_CUT) || !std::strstr(error.what(), "let the proxy be cut")) throw;
     throw std::runtime_error(std::string(error.what()) + ": --proxy-cut (proxy_cut)");
   }
 }
@@ -119,7 +120,7 @@ void tell_frequencies(const std::string &path, const Mesh &file, const Mesh &pro
 
 }  // namespace
 
-Mesh make_proxy(const Mesh &file, const ProxyOptions &options, std::optional<double> weld, const std::vector<uint32_t> &held) {
+Mesh make_proxy(const Mesh &file, const ProxyOptions &options, std::optional<double> weld, const std::vector<uint32_t> &held, const std::vector<uint32_t> &clamped) {
   SwProxyDesc desc = proxy_desc_of(options, weld);
   desc.held = held.data(), desc.n_held = static_cast<uint32_t>(held.size());
   const auto kept = std::make_shared<const shellwarp::Proxy>(proxy_of(file, desc));
@@ -136,6 +137,7 @@ Mesh make_proxy(const Mesh &file, const ProxyOptions &options, std::optional<dou
   from->info = made.info();
   from->made = kept;
   from->calibrates = options.calibrated;
+  for (const uint32_t v : clamped) from->clamped.push_back(mesh.of_file[v]);
   mesh.proxy = from;
   for (const auto &[name, vertices] : file.groups) mesh.groups[name] = carried_group(vertices, mesh);
   return mesh;

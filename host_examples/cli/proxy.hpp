@@ -19,7 +19,7 @@ struct ProxyOptions {
 
 // The proxy of a file's mesh, scaled. Vertices within `weld` of each other are one. `mesh.of_file` tells the nearest vertex of the proxy, groups come along,
 // and `mesh.proxy` tells the rest. The outline of the vertices `held` is kept. Throws std::runtime_error with the place and what to do.
-Mesh make_proxy(const Mesh &file, const ProxyOptions &options, std::optional<double> weld, const std::vector<uint32_t> &held);
+Mesh make_proxy(const Mesh &file, const ProxyOptions &options, std::optional<double> weld, const std::vector<uint32_t> &held, const std::vector<uint32_t> &clamped = {});
 
 // "2009 vertices and 3990 triangles stand for 13117 vertices; ..."
 std::string describe_proxy(const SwProxyInfo &info);

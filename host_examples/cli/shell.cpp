@@ -9,6 +9,7 @@
 #include "selection.hpp"
 #include "shell_model.hpp"
 #include "support_motion.hpp"
+#include "support_places.hpp"
 #include "ties.hpp"
 #include "weld.hpp"
 
@@ -225,6 +226,18 @@ SupportVertices find_supports(const Scene &scene, const Mesh &mesh) {
   return all;
 }
 
+static bool by_neighbours(const Scene &scene) { return !any_moves(scene) && !scene.material.sheet; }
+
+// What holds the model. On a proxy by the paper's constants the neighbours of what is clamped are those on the file, as a row of the proxy's edges is far wider.
+static SupportVertices supports_of(const Scene &scene, const Mesh &mesh) {
+  SupportVertices all = find_supports(scene, mesh);
+  if (!mesh.proxy || !by_neighbours(scene)) return all;
+  all.clamped = host::alone_of(mesh.triangles, mesh.proxy->clamped);
+  all.fixed.insert(all.fixed.end(), mesh.proxy->clamped.begin(), mesh.proxy->clamped.end());
+  remove_repetitions(all.fixed);
+  return all;
+}
+
 std::vector<uint32_t> all_of(const SupportVertices &held) {
   std::vector<uint32_t> all = held.fixed;
   all.insert(all.end(), held.clamped.begin(), held.clamped.end());
@@ -235,7 +248,11 @@ std::vector<uint32_t> all_of(const SupportVertices &held) {
 Mesh scene_mesh(const Scene &scene) {
   Mesh mesh = read_mesh(scene.mesh_path);
   for (double &x : mesh.positions) x *= scene.scale;
-  if (scene.proxy.vertices) return make_proxy(mesh, scene.proxy, scene.weld, all_of(find_supports(scene, mesh)));
+  if (scene.proxy.vertices) {
+    SupportVertices held = find_supports(scene, mesh);
+    if (by_neighbours(scene)) held.clamped = host::with_neighbours(mesh.triangles, held.clamped);
+    return make_proxy(mesh, scene.proxy, scene.weld, all_of(held), held.clamped);
+  }
   return scene.weld ? weld(mesh, *scene.weld) : mesh;
 }
 
@@ -295,7 +312,7 @@ static shellwarp::Model model_of(const Scene &scene, const Mesh &mesh, const SwM
 }
 
 shellwarp::Model make_model(const Scene &scene, const Mesh &mesh, ProgressBar &progress) {
-  const SupportVertices supports = find_supports(scene, mesh);
+  const SupportVertices supports = supports_of(scene, mesh);
   const std::vector<MaterialFile> maps = material_maps(scene.material, mesh);
   const std::vector<SwMaterialMap> map_list = map_descs(maps, mesh);
   SwMaterialDesc material = material_desc(scene.material);

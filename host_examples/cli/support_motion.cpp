@@ -1,6 +1,7 @@
 #include "support_motion.hpp"
 
 #include "shell.hpp"
+#include "support_places.hpp"
 
 #include <algorithm>
 
@@ -9,20 +10,6 @@ namespace cli {
 namespace {
 
 using Vec3 = std::array<double, 3>;
-
-// The vertices and those that share a triangle with one.
-std::vector<uint32_t> with_neighbours(const std::vector<uint32_t> &vertices, const Mesh &mesh) {
-  std::vector<bool> named(mesh.n_vertices()), held(mesh.n_vertices());
-  for (const uint32_t v : vertices) named.at(v) = held.at(v) = true;
-  for (std::size_t k = 0; k < mesh.triangles.size(); k += 3) {
-    const uint32_t *t = &mesh.triangles[k];
-    if (named[t[0]] || named[t[1]] || named[t[2]]) held[t[0]] = held[t[1]] = held[t[2]] = true;
-  }
-  std::vector<uint32_t> all;
-  for (uint32_t v = 0; v < mesh.n_vertices(); ++v)
-    if (held[v]) all.push_back(v);
-  return all;
-}
 
 Vec3 middle_of(const std::vector<uint32_t> &vertices, const Mesh &mesh) {
   Vec3 middle{};
@@ -45,7 +32,7 @@ SupportMotion::SupportMotion(const Scene &scene, const Mesh &mesh) : scene_(scen
     if (support.keys.empty()) continue;
     const std::vector<uint32_t> named = find_vertices(support, mesh, "support");
     const Vec3 about = support.about ? *support.about : middle_of(named, mesh);
-    led_.push_back({support.clamped ? with_neighbours(named, mesh) : named, about, &support.keys});
+    led_.push_back({support.clamped ? host::with_neighbours(mesh.triangles, named) : named, about, &support.keys});
   }
 }
 

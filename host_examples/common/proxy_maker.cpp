@@ -3,6 +3,7 @@
 #include "hash.hpp"
 #include "shell_model.hpp"
 #include "shellwarp.hpp"
+#include "support_places.hpp"
 
 #include <algorithm>
 #include <utility>
@@ -73,14 +74,18 @@ void ProxyMaker::take_place(Request &request, bool anew) {
   if (!request.proxy.vertices || !request.drawn.empty()) return;
   Mesh &mesh = request.mesh;
   if (mesh.points.empty() || mesh.faces().empty()) return;  // whoever builds says so
-  const uint64_t key = key_of(mesh, request.proxy, held_of(request.build, mesh.n_points()));
+  const bool with_slope = request.build.clamped && !request.build.stiffness.by_sheet();
+  const uint64_t key = Hash().add(key_of(mesh, request.proxy, held_of(request.build, mesh.n_points()))).add(with_slope).value();
   if (key != key_ || (anew && mesh.points != rest_)) {
     Mesh cut = mesh;
     cut.cut();
     key_ = 0;
+    held_ = with_slope ? with_neighbours(cut.triangles, request.build.held) : request.build.held;
+    request.build.held = held_;
     make(request, cut.triangles);
     key_ = key;
   }
+  request.build.held = held_;
   Mesh proxy;
   proxy.points = points_;
   proxy.triangles = triangles_;

@@ -23,6 +23,7 @@ private:
   std::vector<double> points_;     // its own then
   std::vector<uint32_t> triangles_, sources_;
   std::vector<double> weights_;
+  std::vector<uint32_t> held_;     // the host's vertices that are held, with the neighbours that hold their slope
   std::shared_ptr<const shellwarp::Proxy> proxy_;
 };
 

@@ -3,6 +3,7 @@
 #include "hash.hpp"
 #include "message.hpp"
 #include "shell_parts.hpp"
+#include "support_places.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -106,8 +107,10 @@ std::vector<ScaledMap> maps_of(const Stiffness &s, const SwMaterialDesc &desc) {
 
 shellwarp::Model make_model(const Mesh &mesh, const Build &build) {
   SwSupportDesc supports = shellwarp::support_desc();
-  (build.clamped ? supports.clamped : supports.fixed) = build.held.data();
-  (build.clamped ? supports.n_clamped : supports.n_fixed) = static_cast<uint32_t>(build.held.size());
+  const std::vector<uint32_t> clamped = held_with_neighbours(mesh, build);
+  supports.clamped = clamped.data(), supports.n_clamped = static_cast<uint32_t>(clamped.size());
+  supports.fixed = build.held.data();
+  supports.n_fixed = clamped.size() == build.held.size() ? 0 : static_cast<uint32_t>(build.held.size());
   SwMaterialDesc desc = material(mesh, build.stiffness);
   std::vector<ScaledMap> scaled = maps_of(build.stiffness, desc);
   std::vector<SwMaterialMap> maps;
@@ -183,7 +186,8 @@ void precompute(shellwarp::Model &model, SwPrecomputeDesc desc, const Listener &
 
 // Why it could not be, or nothing.
 std::string calibrate(shellwarp::Model &model, const Build &build, const Listener &listener) {
-  if (!build.proxy || (build.held.empty() && build.axis_supports.empty())) return "";
+  if (!build.proxy) return "";
+  if (build.held.empty() && build.axis_supports.empty()) return "nothing holds it";
   SwCalibrationDesc desc = shellwarp::calibration_desc();
   if (listener.interrupted) {
     desc.progress = report_progress;

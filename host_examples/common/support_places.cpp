@@ -22,14 +22,41 @@ Vec3 plus(const Vec3 &a, const Vec3 &b, double factor) {
 
 }  // namespace
 
+std::vector<uint32_t> with_neighbours(const std::vector<uint32_t> &triangles, const std::vector<uint32_t> &vertices) {
+  const std::set<uint32_t> named(vertices.begin(), vertices.end());
+  std::set<uint32_t> all = named;
+  for (std::size_t t = 0; t < triangles.size(); t += 3)
+    if (std::any_of(&triangles[t], &triangles[t] + 3, [&](uint32_t v) { return named.count(v) > 0; })) all.insert(&triangles[t], &triangles[t] + 3);
+  return {all.begin(), all.end()};
+}
+
+std::vector<uint32_t> alone_of(const std::vector<uint32_t> &triangles, const std::vector<uint32_t> &held) {
+  const std::set<uint32_t> all(held.begin(), held.end());
+  std::set<uint32_t> alone = all;
+  for (std::size_t t = 0; t < triangles.size(); t += 3)
+    if (std::all_of(&triangles[t], &triangles[t] + 3, [&](uint32_t v) { return all.count(v) > 0; }))
+      for (std::size_t k = 0; k < 3; ++k) alone.erase(triangles[t + k]);
+  return {alone.begin(), alone.end()};
+}
+
+std::vector<uint32_t> held_with_neighbours(const Mesh &mesh, const Build &build) {
+  if (!build.clamped) return {};
+  return build.proxy && !build.stiffness.by_sheet() ? alone_of(mesh.triangles, build.held) : build.held;
+}
+
 void SupportPlaces::prepare(const Mesh &mesh, const Build &build) {
   *this = {};
   const std::set<uint32_t> held(build.held.begin(), build.held.end());
+  const std::vector<uint32_t> with = held_with_neighbours(mesh, build);
+  const std::set<uint32_t> clamped(with.begin(), with.end());
   std::map<uint32_t, std::set<uint32_t>> joined;  // to supports, by an edge
+  std::set<uint32_t> all = held;
   for (std::size_t t = 0; t < mesh.triangles.size(); t += 3)
     for (std::size_t k = 0; k < 3; ++k)
-      for (const std::size_t other : {(k + 1) % 3, (k + 2) % 3})
+      for (const std::size_t other : {(k + 1) % 3, (k + 2) % 3}) {
         if (held.count(mesh.triangles[t + other])) joined[mesh.triangles[t + k]].insert(mesh.triangles[t + other]);
+        if (clamped.count(mesh.triangles[t + other])) all.insert(mesh.triangles[t + k]);
+      }
   std::map<uint32_t, std::size_t> group;
   for (const uint32_t first : held) {
     if (group.count(first)) continue;
@@ -40,9 +67,6 @@ void SupportPlaces::prepare(const Mesh &mesh, const Build &build) {
         if (group.emplace(next, groups_.size()).second) members.push_back(next);
     groups_.push_back(std::move(members));
   }
-  std::set<uint32_t> all = held;
-  for (const auto &[v, supports] : joined)
-    if (build.clamped) all.insert(v);
   vertices_.assign(all.begin(), all.end());
   for (std::size_t at = 0; at < vertices_.size(); ++at) {
     if (held.count(vertices_[at])) continue;

@@ -15,6 +15,16 @@ public:
   using HostError::HostError;
 };
 
+// Vertices and those that share a triangle with one, ascending.
+std::vector<uint32_t> with_neighbours(const std::vector<uint32_t> &triangles, const std::vector<uint32_t> &vertices);
+
+// Of held vertices, those that no triangle of held ones alone has: what holds their slope, too, is their neighbours.
+std::vector<uint32_t> alone_of(const std::vector<uint32_t> &triangles, const std::vector<uint32_t> &held);
+
+// The supports whose neighbours are held with them. On a proxy by the paper's constants the neighbours on the mesh that it stands for are supports already, as a row of
+// the proxy's edges is far wider; and only those that are alone need more.
+std::vector<uint32_t> held_with_neighbours(const Mesh &mesh, const Build &build);
+
 class SupportPlaces {
 public:
   // Of a new model: the vertices that its supports may hold, clamped ones with their neighbours.

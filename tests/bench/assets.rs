@@ -1,6 +1,8 @@
 //! What a proxy of an asset is off: its frequencies and its displacements against those of the asset simulated itself, and of that what following leaves. As it is, and calibrated.
 //!
-//! usage: assets [--docs FILE]
+//! usage: assets [--parts] [--docs FILE]
+//!
+//! `--parts` tells of the hat alone how much of its error is the shape, the triangles and following.
 #![allow(missing_docs)]
 
 #[path = "../common/mod.rs"]
@@ -15,6 +17,7 @@ use shellwarp::modes::Modes;
 use shellwarp::proxy::{Options, Proxy, Sides, Source, calibrate};
 use shellwarp::reference::Solver;
 use shellwarp::{Mesh, Shell, Supports, Vec3};
+use std::collections::HashMap;
 use std::fmt::Write;
 use std::sync::Arc;
 
@@ -217,6 +220,79 @@ fn rows(asset: &Asset, table: &mut String, others: &mut String) {
     }
 }
 
+/// Each triangle as four, in its plane; a vertex in the middle of an edge is held where both ends are.
+fn halved(x: &[Vec3], triangles: &[[u32; 3]], held: &[bool]) -> (Vec<Vec3>, Vec<[u32; 3]>, Vec<bool>) {
+    let (mut x, mut held) = (x.to_vec(), held.to_vec());
+    let mut middles = HashMap::new();
+    let mut out = vec![];
+    for t in triangles {
+        let [m, n, o] = [0, 1, 2].map(|k| {
+            let (a, b) = (t[k].min(t[(k + 1) % 3]), t[k].max(t[(k + 1) % 3]));
+            *middles.entry((a, b)).or_insert_with(|| {
+                x.push(0.5 * (x[a as usize] + x[b as usize]));
+                held.push(held[a as usize] && held[b as usize]);
+                x.len() as u32 - 1
+            })
+        });
+        out.extend([[t[0], m, o], [m, t[1], n], [o, n, t[2]], [m, n, o]]);
+    }
+    (x, out, held)
+}
+
+/// What is off at which number of vertices: where the proxy's vertices are put where the asset has them, where its flat triangles are cut in sixteen, as it is, and calibrated. First order: a
+/// thousandth of the loads.
+fn parts(asset: &Asset, table: &mut String) {
+    let Asset { positions, triangles, held, .. } = asset;
+    let size = Mesh::new(positions.clone(), triangles).unwrap().size;
+    let own = shell(positions, triangles, held.clone(), size);
+    let modes = modes_of(&own, MODES);
+    let full = DIRECTIONS.map(|along| aimed(&own, &modes, Load::Gravity(along.into())));
+    let loads = full.map(|load| load.times(1e-3));
+    let answers = |shell: &Arc<Shell>| loads.map(|load| settled(shell, &load.on(shell)));
+    let exact = answers(&own);
+    let off = |found: &[Vec<Vec3>; 3]| {
+        let each = found.iter().zip(&exact).map(|(u, exact)| format!("{:.1}", 100.0 * error(&u[..exact.len()], exact)));
+        each.collect::<Vec<_>>().join(", ")
+    };
+    let cut = |x: &[Vec3], triangles: &[[u32; 3]], held: &[bool], times: usize| {
+        let (mut x, mut triangles, mut held) = (x.to_vec(), triangles.to_vec(), held.to_vec());
+        (0..times).for_each(|_| (x, triangles, held) = halved(&x, &triangles, &held));
+        let fixed = (0..x.len() as u32).filter(|v| held[*v as usize]).collect();
+        shell(&x, &triangles, fixed, size)
+    };
+    let own_held: Vec<bool> = (0..positions.len() as u32).map(|v| held.contains(&v)).collect();
+    let far = full.map(|load| {
+        let far = settled(&own, &load.on(&own)).iter().map(|u| u.norm()).fold(0.0, f64::max);
+        format!("{:.1}", 100.0 * far / size)
+    });
+    writeln!(table, "Under the loads of the table above it moves by {} % of its size. Cut in four, its own triangles move by {} % otherwise, to first order.\n", far.join(", "), off(&answers(&cut(positions, triangles, &own_held, 1)))).unwrap();
+    table.push_str(
+        "| proxy | following alone, % | its shape, % | as it is, % | calibrated, % |\n|---|---|---|---|---|\n",
+    );
+    for share in [10, 5, 4, 2] {
+        let n_vertices = positions.len() / share;
+        let options = Options { n_vertices, weld: 0.0, sides: Sides::Find, cut: false, keep_pieces: false };
+        let made = Proxy::holding(positions, triangles, held, &options, &mut |_| Ok(())).unwrap();
+        let mut made_held = vec![false; made.positions.len()];
+        held.iter().for_each(|v| made_held[made.nearest[*v as usize] as usize] = true);
+        let read = |shell: &Arc<Shell>, u: &[Vec3]| {
+            let binding = Binding::new(shell, &Points { positions, ..Points::default() }).unwrap();
+            followed(&binding, shell, u, positions)
+        };
+        let by = |shell: &Arc<Shell>| off(&answers(shell).map(|u| read(shell, &u)));
+        let proxy = cut(&made.positions, &made.triangles, &made_held, 0);
+        let at = |exact: &[Vec3]| -> Vec<Vec3> {
+            let of = |s: &Source| s.vertices.iter().zip(s.weights).map(|(v, w)| w * exact[*v as usize]).sum();
+            made.sources.iter().map(of).collect()
+        };
+        let following = off(&[0, 1, 2].map(|i| read(&proxy, &at(&exact[i]))));
+        let shape = by(&cut(&made.positions, &made.triangles, &made_held, 2));
+        let fitted = Arc::new(calibrate(&proxy, &made, &[], &mut |_| Ok(())).unwrap().0);
+        let n = made.positions.len();
+        writeln!(table, "| {n} | {following} | {shape} | {} | {} |", by(&proxy), by(&fitted)).unwrap();
+    }
+}
+
 fn main() {
     let arguments: Vec<String> = std::env::args().collect();
     let mut table = String::from(
@@ -225,6 +301,15 @@ fn main() {
     let mut others = String::from(
         "| asset | calibrated | pulls, % | pressure, % | gravity, five times as far, % |\n|---|---|---|---|---|\n",
     );
+    if arguments.iter().any(|a| a == "--parts") {
+        let mut table = String::new();
+        parts(&assets()[1], &mut table);
+        println!("{table}");
+        if let Some(at) = arguments.iter().position(|a| a == "--docs") {
+            docs::put_section(&arguments[at + 1], "parts", &table).unwrap();
+        }
+        return;
+    }
     println!("{table}");
     assets().iter().for_each(|asset| rows(asset, &mut table, &mut others));
     if let Some(at) = arguments.iter().position(|a| a == "--docs") {
