@@ -164,12 +164,15 @@ std::string describe_proxy(const SwProxyInfo &info) {
   return told;
 }
 
+// Of per cent: two, or as many as there are before the point.
+static int digits(double share) { return share < 0.995 ? 2 : 3 + static_cast<int>(std::log10(share)); }
+
 std::string calibrate(shellwarp::Model &model, const Mesh &mesh) {
   try {
     const SwCalibrationInfo found = model.calibrate(*mesh.proxy->made);
     char text[256];
-    std::snprintf(text, sizeof text, "calibrated on %u vertices: under gravity the proxy was %.2g %% off, now %.2g %%; stretching by %.2f to %.2f, bending by %.2f to %.2f",
-                  found.n_compared, 100 * found.difference_before, 100 * found.difference_after, found.stretching_min, found.stretching_max, found.bending_min,
+    std::snprintf(text, sizeof text, "calibrated on %u vertices: under gravity the proxy was %.*g %% off, now %.*g %%; stretching by %.2f to %.2f, bending by %.2f to %.2f",
+                  found.n_compared, digits(found.difference_before), 100 * found.difference_before, digits(found.difference_after), 100 * found.difference_after, found.stretching_min, found.stretching_max, found.bending_min,
                   found.bending_max);
     return text;
   } catch (const shellwarp::Error &error) {
