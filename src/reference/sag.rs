@@ -2,7 +2,7 @@
 
 use super::free_motion::FreeMotions;
 use super::potential::Potential;
-use super::{EquilibriumProgress, Solver};
+use super::{EquilibriumOptions, EquilibriumProgress, Solver};
 use crate::features::{Feature, NonlinearShell, Proof};
 use crate::{Error, ErrorKind, Result, Shell, Vec3};
 use std::sync::Arc;
@@ -34,7 +34,7 @@ pub fn settled(shell: &Arc<Shell>, watch: &mut dyn FnMut(f64) -> Result<()>) -> 
 }
 
 /// How often a shell without load is sent on from where it is in balance, but would leave that.
-const SADDLES: usize = 8;
+const SADDLES: usize = 64;
 
 /// Of the energy that it began with, what it must lose by that: less is rounding.
 const LOSS: f64 = 1e-9;
@@ -50,8 +50,7 @@ impl Solver {
         let first = self.shell.energy.value(&self.shell.mesh.positions);
         let mut found = self.equilibrium(none, none, &Default::default(), watch)?.displacement;
         if self.shell.energy.value(&self.x) > (1.0 + LOSS) * first {
-            self.set_mixed(false);
-            found = self.equilibrium(none, none, &Default::default(), watch)?.displacement;
+            found = self.downhill(none, none, watch)?;
         }
         for _ in 0..SADDLES {
             let balance = self.x.clone();
@@ -64,9 +63,21 @@ impl Solver {
                 break;
             }
             let start: Vec<Vec3> = x.iter().zip(&shell.mesh.positions).map(|(x, rest)| x - rest).collect();
-            found = self.equilibrium(&start, none, &Default::default(), watch)?.displacement;
+            found = self.downhill(&start, none, watch)?;
         }
         Ok(found)
+    }
+
+    /// The balance without load that steps lead to which all lower the energy.
+    fn downhill(
+        &mut self,
+        start: &[Vec3],
+        none: &[Vec3],
+        watch: &mut dyn FnMut(EquilibriumProgress) -> Result<()>,
+    ) -> Result<Vec<Vec3>> {
+        self.set_mixed(false);
+        let options = EquilibriumOptions { first_increment: 1.0, ..Default::default() };
+        Ok(self.equilibrium(start, none, &options, watch)?.displacement)
     }
 }
 

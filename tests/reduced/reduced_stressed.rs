@@ -1,11 +1,11 @@
-//! Reduced shells of shells that are under stress where they rest, by rest angles or a rest shape: against the full shell.
+//! Reduced shells of shells that are under stress where they rest, by rest angles, a rest shape or growth: against the full shell.
 
 use crate::common::*;
 use crate::plates::*;
 use nalgebra::DMatrix;
 use shellwarp::arithmetic::Arithmetic;
 use shellwarp::energy::Curvature;
-use shellwarp::material::{Crease, ElasticSheet, Elasticity};
+use shellwarp::material::{Crease, ElasticSheet, Elasticity, Map, On, Quantity};
 use shellwarp::mesh::Mesh;
 use shellwarp::model::{Model, Options, Precision};
 use shellwarp::reduced;
@@ -55,10 +55,24 @@ fn curled(material: Elasticity) -> Arc<Shell> {
     made(&(flat, triangles), Make { rest_shape: rest, ..Make::of(material) })
 }
 
+/// A strip of which one rim grew in length and width: no shape has these lengths. It starts bent, so that no load snaps it to the other side.
+fn grown(material: Elasticity) -> Arc<Shell> {
+    let (flat, triangles) = rectangle(Family::UnionJack, 20, 1.0, 0.3);
+    let values = flat.iter().map(|x| 1.0 + 0.01 * (x.y / 0.3).powi(2)).collect();
+    let start = flat.iter().map(|x| Vec3::new(x.x, x.y, 0.02 * x.x * x.x)).collect();
+    let maps = vec![Map { quantity: Quantity::Growth, on: On::Vertices, values }];
+    made(&(start, triangles), Make { maps, ..Make::of(material) })
+}
+
 fn stressed() -> Vec<(&'static str, Arc<Shell>)> {
     let kinds = [("Koiter", SHEET.into()), ("paper", PAPER.into())];
     let shells = kinds.iter().flat_map(|(_, material)| {
-        [("card", card(*material)), ("ruffled", ruffled(*material)), ("curled", curled(*material))]
+        [
+            ("card", card(*material)),
+            ("ruffled", ruffled(*material)),
+            ("curled", curled(*material)),
+            ("grown", grown(*material)),
+        ]
     });
     shells.collect()
 }

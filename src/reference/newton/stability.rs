@@ -17,6 +17,9 @@ const SHIFTS: usize = 20;
 /// With σ < 8|λ| a vector is as near after so many solves as the next eigenvalue's distance allows; any along which Φ falls will do.
 const SOLVES: usize = 12;
 
+/// Where many eigenvalues are below zero, and many more below σ, it is along none that is for longer.
+const MOST_SOLVES: usize = 120;
+
 /// The first step along v and the last, the largest displacement in sizes.
 const FIRST_STEP: f64 = 1e-4;
 const LAST_STEP: f64 = 1.0;
@@ -97,7 +100,7 @@ impl Newton {
         let mut way = vec![Vec3::zeros(); shell.mass.len()];
         potential.free().for_each(|v| way[v] = spread(v));
         let mut lambda = f64::INFINITY;
-        for _ in 0..SOLVES {
+        for solves in 1..=MOST_SOLVES {
             potential.project(&mut way);
             let squared: f64 = potential.free().map(|v| shell.mass[v] * way[v].norm_squared()).sum();
             way.iter_mut().for_each(|w| *w /= squared.sqrt());
@@ -110,6 +113,9 @@ impl Newton {
                 potential.free().enumerate().map(|(i, v)| shell.mass[v] * way[v].dot(&self.along(i))).sum();
             lambda = 1.0 / along - sigma;
             potential.free().enumerate().for_each(|(i, v)| way[v] = self.along(i));
+            if solves >= SOLVES && lambda < 0.0 {
+                break;
+            }
         }
         Ok((way, lambda))
     }
