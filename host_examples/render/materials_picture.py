@@ -206,10 +206,10 @@ def draw_leaf_and_card(cli, folder, out):
 def draw_growth(cli, folder, out):
     down = "[0, 0, -9.81]"
     triangles, _ = make_leaf(folder)
-    across = np.abs(np.tile(np.linspace(-1, 1, COLUMNS), ROWS))
-    write_list(folder / "rim.txt", np.round(1 + 0.3 * across ** 4, 6))
+    along, across = np.repeat(np.linspace(0, 1, ROWS), COLUMNS), np.abs(np.tile(np.linspace(-1, 1, COLUMNS), ROWS))
+    write_list(folder / "rim.txt", np.round(1 + 0.2 * across ** 6 * np.sin(np.pi * along), 6))
     leaves = [(shape(cli, folder, name, STIFF_LEAF + more, down), words)
-              for name, more, words in (("flat", "", "a leaf as it is drawn"), ("ruffled", GROWN.format("rim"), "its rim grew by 30 %"))]
+              for name, more, words in (("flat", "", "a leaf as it is drawn"), ("ruffled", GROWN.format("rim"), "its rim grew by 20 %"))]
     view, level = view_of([points for points, _ in leaves], 2, azimuth=-50, elevation=30)
     panels = [panel(view, [(points, triangles, LEAF)], level, words) for points, words in leaves]
     faces, share = make_disk(folder)
