@@ -21,6 +21,7 @@ namespace {
 
 constexpr uint32_t kCompared = 10;       // frequencies
 constexpr uint32_t kMost = 100000;       // vertices of a file whose frequencies are looked for
+constexpr double kFar = 0.1;             // off under gravity after a calibration: to be seen
 constexpr double kThinness = 1.0 / 200;  // of the size: any sheet would do, as frequencies are compared
 
 SwProxyDesc proxy_desc_of(const ProxyOptions &options, std::optional<double> weld) {
@@ -174,7 +175,8 @@ std::string calibrate(shellwarp::Model &model, const Mesh &mesh) {
     std::snprintf(text, sizeof text, "calibrated on %u vertices: under gravity the proxy was %.*g %% off, now %.*g %%; stretching by %.2f to %.2f, bending by %.2f to %.2f",
                   found.n_compared, digits(found.difference_before), 100 * found.difference_before, digits(found.difference_after), 100 * found.difference_after, found.stretching_min, found.stretching_max, found.bending_min,
                   found.bending_max);
-    return text;
+    const char *far = found.difference_after > kFar ? "; still far off: take more vertices, hold a wider part, or name a sheet (--material, --young; material.preset, young)" : "";
+    return std::string(text) + far;
   } catch (const shellwarp::Error &error) {
     if (error.status() == SW_ERROR_CANCELLED || error.status() == SW_ERROR_OUT_OF_MEMORY) throw;
     return std::string("not calibrated: ") + error.what();
