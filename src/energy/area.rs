@@ -3,7 +3,7 @@
 //! With e_i the edge opposite vertex i, ∂²A/∂i∂j = (e_i·e_j)/(4A) n̂n̂ᵀ − ½ s_ij [n̂]×, s_ij = 1 if j follows i, −1 if it
 //! precedes. The first part is positive semidefinite. The second has the eigenvalues ±√3/2 and 0 whatever the shape.
 
-use super::{Curvature, ElementHessian, Energy, Mat3, RestRow, Term};
+use super::{Curvature, ElementHessian, Energy, Mat3, RestRow, Stress, Term, shared};
 use crate::{Mesh, Vec3};
 
 /// The area term over all triangles.
@@ -51,14 +51,14 @@ impl AreaEnergy {
     fn each_hessian(
         &self,
         x: &[Vec3],
-        curvature: Curvature,
+        share: f64,
         strain: impl Fn(usize, f64) -> f64,
         visit: &mut dyn FnMut(ElementHessian),
     ) {
         for (i, ((t, rest), divisor)) in self.triangles.iter().zip(&self.rest_area).zip(&self.divisor).enumerate() {
             let corners = t.map(|v| x[v as usize]);
             let (area, d_area) = area_and_gradient(&corners);
-            let mut blocks = area_curvature(&corners, strain(i, area - rest), curvature);
+            let mut blocks = area_curvature(&corners, strain(i, area - rest), share);
             for (ij, block) in blocks.iter_mut().enumerate() {
                 *block = (2.0 * self.k / divisor) * (*block + d_area[ij / 3] * d_area[ij % 3].transpose());
             }
@@ -75,8 +75,8 @@ fn area_and_gradient([a, b, c]: &[Vec3; 3]) -> (f64, [Vec3; 3]) {
     (0.5 * norm, [half_normal.cross(&(c - b)), half_normal.cross(&(a - c)), half_normal.cross(&(b - a))])
 }
 
-/// The blocks of σ ∂²A, or of its positive semidefinite part.
-fn area_curvature([a, b, c]: &[Vec3; 3], sigma: f64, curvature: Curvature) -> [Mat3; 9] {
+/// The blocks of σ ∂²A for a share of 1, of a positive semidefinite part of it for 0.
+fn area_curvature([a, b, c]: &[Vec3; 3], sigma: f64, share: f64) -> [Mat3; 9] {
     let double = (b - a).cross(&(c - a));
     let norm = double.norm();
     if norm == 0.0 {
@@ -84,11 +84,8 @@ fn area_curvature([a, b, c]: &[Vec3; 3], sigma: f64, curvature: Curvature) -> [M
     }
     let normal = double / norm;
     let across = normal * normal.transpose();
-    let turn = 0.5 * sigma * normal.cross_matrix();
-    let (out_of_plane, in_plane, turn) = match curvature {
-        Curvature::Exact => (sigma, 0.0, turn),
-        Curvature::Semidefinite => (sigma.max(0.0), 0.25 * 3f64.sqrt() * sigma.abs(), 0.5 * turn),
-    };
+    let turn = (0.5 + 0.5 * share) * (0.5 * sigma * normal.cross_matrix());
+    let (out_of_plane, in_plane) = (shared(sigma, share), (1.0 - share) * (0.25 * 3f64.sqrt() * sigma.abs()));
     let edges = [c - b, a - c, b - a];
     std::array::from_fn(|ij| {
         let (i, j) = (ij / 3, ij % 3);
@@ -141,7 +138,7 @@ impl Energy for AreaEnergy {
     ) {
         for ((t, divisor), stress) in self.triangles.iter().zip(&self.divisor).zip(stress) {
             let root = (2.0 * self.k / divisor).sqrt();
-            visit((t, &area_curvature(&t.map(|v| x[v as usize]), root * stress, curvature)));
+            visit((t, &area_curvature(&t.map(|v| x[v as usize]), root * stress, curvature.share())));
         }
     }
 
@@ -150,12 +147,12 @@ impl Energy for AreaEnergy {
     }
 
     fn visit_hessian(&self, x: &[Vec3], curvature: Curvature, visit: &mut dyn FnMut(ElementHessian)) {
-        self.each_hessian(x, curvature, |_, strain| strain, visit);
+        self.each_hessian(x, curvature.share(), |_, strain| strain, visit);
     }
 
-    fn visit_mixed_hessian(&self, x: &[Vec3], stress: &[f64], visit: &mut dyn FnMut(ElementHessian)) {
-        let strain = |t: usize, _| stress[t] / (2.0 * self.k / self.divisor[t]).sqrt();
-        self.each_hessian(x, Curvature::Exact, strain, visit);
+    fn visit_mixed_hessian(&self, x: &[Vec3], stress: Stress, visit: &mut dyn FnMut(ElementHessian)) {
+        let strain = |t: usize, _| stress.of[t] / (2.0 * self.k / self.divisor[t]).sqrt();
+        self.each_hessian(x, stress.share, strain, visit);
     }
 
     /// A − Ā = Σ cot ᾱ y/4 over the sides.

@@ -13,7 +13,7 @@ use super::law::Law;
 use super::mirror::{Mirror, MirroredEnergy};
 use super::patch::{self, Beyond};
 use super::rest::Rest;
-use super::{Curvature, ElementHessian, Energy, Fold, MAX_ELEMENT as MOST, Mat3, RestRow, Term, flips};
+use super::{Curvature, ElementHessian, Energy, Fold, MAX_ELEMENT as MOST, Mat3, RestRow, Stress, Term, flips};
 use crate::material::Creases;
 use crate::mesh::NONE;
 use crate::{Mesh, Vec3};
@@ -478,11 +478,11 @@ impl Energy for BendingEnergy {
         }
     }
 
-    fn visit_mixed_hessian(&self, x: &[Vec3], stress: &[f64], visit: &mut dyn FnMut(ElementHessian)) {
-        let mut stress = stress.iter();
+    fn visit_mixed_hessian(&self, x: &[Vec3], stress: Stress, visit: &mut dyn FnMut(ElementHessian)) {
+        let mut each = stress.of.iter();
         for patch in &self.patches {
             let mut own = [0.0; 3];
-            own.iter_mut().take(patch.kept).zip(&mut stress).for_each(|(own, stress)| *own = *stress);
+            own.iter_mut().take(patch.kept).zip(&mut each).for_each(|(own, of)| *own = stress.share * of);
             patch.visit_hessian(&patch.bends(x), Some(own), visit);
         }
     }

@@ -8,7 +8,7 @@
 //! φ = r (2 − r), r = (100 A/Ā)² below r = 1 and φ = 1 from there on. The Hessian goes without the derivatives of φ.
 
 use super::rest::Rest;
-use super::{Curvature, ElementHessian, Energy, Fold, Mat3, RestRow, Term};
+use super::{Curvature, ElementHessian, Energy, Fold, Mat3, RestRow, Stress, Term};
 use crate::mesh::Edge;
 use crate::{Mesh, Vec3};
 use std::f64::consts::{PI, TAU};
@@ -325,8 +325,8 @@ impl Energy for HingeEnergy {
         self.each_hessian(x, curvature, |_, bend| bend.share * bend.share * bend.turn, visit);
     }
 
-    fn visit_mixed_hessian(&self, x: &[Vec3], stress: &[f64], visit: &mut dyn FnMut(ElementHessian)) {
-        let turn = |h: usize, bend: &Bend| bend.share * stress[h] / (2.0 * self.weight[h]).sqrt();
+    fn visit_mixed_hessian(&self, x: &[Vec3], stress: Stress, visit: &mut dyn FnMut(ElementHessian)) {
+        let turn = |h: usize, bend: &Bend| bend.share * stress.share * stress.of[h] / (2.0 * self.weight[h]).sqrt();
         self.each_hessian(x, Curvature::Exact, turn, visit);
     }
 

@@ -1,6 +1,6 @@
 //! Length term: E_L = k_L Σ (l − l̄)²/l̄, ∇l = ± unit edge d, ∂²l/∂b² = (I − ddᵀ)/l.
 
-use super::{Curvature, ElementHessian, Energy, Mat3, RestRow, Term};
+use super::{Curvature, ElementHessian, Energy, Mat3, RestRow, Stress, Term, shared};
 use crate::{Mesh, Vec3};
 
 /// The length term over all edges.
@@ -49,15 +49,14 @@ impl LengthEnergy {
     fn each_hessian(
         &self,
         x: &[Vec3],
-        curvature: Curvature,
+        share: f64,
         tension: impl Fn(usize, f64) -> f64,
         visit: &mut dyn FnMut(ElementHessian),
     ) {
         for (i, (e, divisor)) in self.edges.iter().zip(&self.divisor).enumerate() {
             let (length, direction) = length_and_direction(&e.map(|v| x[v as usize]));
             let along = direction * direction.transpose();
-            let tension = if length > 0.0 { tension(i, length) } else { 0.0 };
-            let tension = if curvature == Curvature::Exact { tension } else { tension.max(0.0) };
+            let tension = if length > 0.0 { shared(tension(i, length), share) } else { 0.0 };
             let block = (2.0 * self.k / divisor) * (along + tension * (Mat3::identity() - along));
             visit((e, &[block, -block, -block, block]));
         }
@@ -112,7 +111,7 @@ impl Energy for LengthEnergy {
         for ((e, divisor), stress) in self.edges.iter().zip(&self.divisor).zip(stress) {
             let (length, direction) = length_and_direction(&e.map(|v| x[v as usize]));
             let tension = if length > 0.0 { (2.0 * self.k / divisor).sqrt() * stress / length } else { 0.0 };
-            let tension = if curvature == Curvature::Exact { tension } else { tension.max(0.0) };
+            let tension = shared(tension, curvature.share());
             let block = tension * (Mat3::identity() - direction * direction.transpose());
             visit((e, &[block, -block, -block, block]));
         }
@@ -124,12 +123,12 @@ impl Energy for LengthEnergy {
 
     fn visit_hessian(&self, x: &[Vec3], curvature: Curvature, visit: &mut dyn FnMut(ElementHessian)) {
         let tension = |e: usize, length: f64| 1.0 - self.rest_length[e] / length;
-        self.each_hessian(x, curvature, tension, visit);
+        self.each_hessian(x, curvature.share(), tension, visit);
     }
 
-    fn visit_mixed_hessian(&self, x: &[Vec3], stress: &[f64], visit: &mut dyn FnMut(ElementHessian)) {
-        let tension = |e: usize, length: f64| stress[e] / ((2.0 * self.k / self.divisor[e]).sqrt() * length);
-        self.each_hessian(x, Curvature::Exact, tension, visit);
+    fn visit_mixed_hessian(&self, x: &[Vec3], stress: Stress, visit: &mut dyn FnMut(ElementHessian)) {
+        let tension = |e: usize, length: f64| stress.of[e] / ((2.0 * self.k / self.divisor[e]).sqrt() * length);
+        self.each_hessian(x, stress.share, tension, visit);
     }
 
     /// l − l̄ = y/(2l̄).

@@ -4,7 +4,7 @@
 //! the three elements of a triangle, √A Lᵀ (E₁₁, E₂₂, 2E₁₂) with LLᵀ = hC: quadratic in the positions, zero at rest to the last bit.
 
 use super::rest::Rest;
-use super::{Curvature, ElementHessian, Energy, Mat3, RestRow, Term};
+use super::{Curvature, ElementHessian, Energy, Mat3, RestRow, Stress, Term};
 use crate::{Mesh, Vec3};
 use nalgebra::{Matrix2, Matrix3, Vector3};
 
@@ -79,11 +79,12 @@ impl Triangle {
         [-(b + c), b, c]
     }
 
-    /// ∂² of what is `row` of the changes, or a positive semidefinite part of it.
-    fn curvature(row: &Vector3<f64>, curvature: Curvature) -> [Mat3; 9] {
+    /// ∂² of what is `row` of the changes; of what is not positive semidefinite of it a share.
+    fn curvature(row: &Vector3<f64>, share: f64) -> [Mat3; 9] {
         let mut of = Matrix2::new(2.0 * row[0], row[2], row[2], 2.0 * row[1]);
-        if curvature == Curvature::Semidefinite {
-            of = semidefinite(of);
+        if share < 1.0 {
+            let pull = semidefinite(of);
+            of = pull + share * (of - pull);
         }
         let (b, c) = (of[(0, 0)] + of[(0, 1)], of[(1, 0)] + of[(1, 1)]);
         let factors = [b + c, -b, -c, -b, of[(0, 0)], of[(0, 1)], -c, of[(1, 0)], of[(1, 1)]];
@@ -95,8 +96,8 @@ impl Triangle {
     }
 
     /// Σ ∇ε∇εᵀ + σ ∂²ε over the elements, with `pull` = Σ σ row.
-    fn hessian(&self, sides: &[Vec3; 2], pull: &Vector3<f64>, curvature: Curvature) -> [Mat3; 9] {
-        let mut blocks = Self::curvature(pull, curvature);
+    fn hessian(&self, sides: &[Vec3; 2], pull: &Vector3<f64>, share: f64) -> [Mat3; 9] {
+        let mut blocks = Self::curvature(pull, share);
         for row in self.rows() {
             let gradient = Self::gradient(row, sides);
             for (ij, block) in blocks.iter_mut().enumerate() {
@@ -150,7 +151,7 @@ impl Energy for MembraneEnergy {
             let sides = t.sides(x);
             let changes = t.changes(&sides);
             let pull: Vector3<f64> = t.rows().iter().map(|row| row.dot(&changes) * row).sum();
-            visit((&t.corners, &t.hessian(&sides, &pull, curvature)));
+            visit((&t.corners, &t.hessian(&sides, &pull, curvature.share())));
         }
     }
 
@@ -173,15 +174,15 @@ impl Energy for MembraneEnergy {
     ) {
         let rows = self.triangles.iter().flat_map(|t| t.rows().iter().map(move |row| (t, row)));
         for ((t, row), stress) in rows.zip(stress) {
-            visit((&t.corners, &Triangle::curvature(&(*stress * row), curvature)));
+            visit((&t.corners, &Triangle::curvature(&(*stress * row), curvature.share())));
         }
     }
 
-    fn visit_mixed_hessian(&self, x: &[Vec3], stress: &[f64], visit: &mut dyn FnMut(ElementHessian)) {
-        let mut stress = stress.iter();
+    fn visit_mixed_hessian(&self, x: &[Vec3], stress: Stress, visit: &mut dyn FnMut(ElementHessian)) {
+        let mut each = stress.of.iter();
         for t in &self.triangles {
-            let pull: Vector3<f64> = t.rows().iter().zip(&mut stress).map(|(row, stress)| *stress * row).sum();
-            visit((&t.corners, &t.hessian(&t.sides(x), &pull, Curvature::Exact)));
+            let pull: Vector3<f64> = t.rows().iter().zip(&mut each).map(|(row, of)| *of * row).sum();
+            visit((&t.corners, &t.hessian(&t.sides(x), &pull, stress.share)));
         }
     }
 

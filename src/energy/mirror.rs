@@ -5,7 +5,7 @@
 
 use super::bending::BendingEnergy;
 use super::hinge::HingeEnergy;
-use super::{Curvature, ElementHessian, Energy, MAX_ELEMENT, Mat3, RestRow, Source, Term};
+use super::{Curvature, ElementHessian, Energy, MAX_ELEMENT, Mat3, RestRow, Source, Stress, Term};
 use crate::material::{lay_out, sides};
 use crate::mesh::{Edge, NONE};
 use crate::{Mesh, Vec3};
@@ -195,7 +195,7 @@ impl Energy for MirroredEnergy {
         self.inner.visit_stress_hessian(&places, stress, curvature, &mut |element| self.blocks(element, visit));
     }
 
-    fn visit_mixed_hessian(&self, x: &[Vec3], stress: &[f64], visit: &mut dyn FnMut(ElementHessian)) {
+    fn visit_mixed_hessian(&self, x: &[Vec3], stress: Stress, visit: &mut dyn FnMut(ElementHessian)) {
         self.inner.visit_mixed_hessian(&self.places(x), stress, &mut |element| self.blocks(element, visit));
     }
 

@@ -61,6 +61,34 @@ pub enum Curvature {
     Semidefinite,
 }
 
+/// Stresses σ of elements in the place of their strains.
+#[derive(Clone, Copy)]
+pub struct Stress<'a> {
+    /// σ of each element.
+    pub of: &'a [f64],
+    /// Of the part of σ ∂²ε that [`Curvature::Semidefinite`] leaves out, what counts: 1 is all of it, 0 nothing.
+    pub share: f64,
+}
+
+impl<'a> Stress<'a> {
+    /// All of it counts.
+    pub fn whole(of: &'a [f64]) -> Self {
+        Self { of, share: 1.0 }
+    }
+}
+
+impl Curvature {
+    /// As [`Stress::share`].
+    fn share(self) -> f64 {
+        f64::from(u8::from(self == Self::Exact))
+    }
+}
+
+/// A pull, or the share that counts of a push.
+fn shared(pull: f64, share: f64) -> f64 {
+    if pull < 0.0 { share * pull } else { pull }
+}
+
 /// A deformation energy that is zero, with zero gradient, at the rest positions, unless creases have angles of their own.
 ///
 /// `x` holds the deformed positions of all vertices.
@@ -97,8 +125,8 @@ pub trait Energy: Send + Sync {
     );
 
     /// As [`Energy::visit_hessian`] with these stresses of the elements for their own where strains curve: with ε the strains √(2w) s,
-    /// Σ ∇ε∇εᵀ + σ ∂²ε.
-    fn visit_mixed_hessian(&self, x: &[Vec3], stress: &[f64], visit: &mut dyn FnMut(ElementHessian));
+    /// Σ ∇ε∇εᵀ + σ ∂²ε, or of what is not positive semidefinite of it a share.
+    fn visit_mixed_hessian(&self, x: &[Vec3], stress: Stress, visit: &mut dyn FnMut(ElementHessian));
 
     /// How many elements, the first ones, resist stretching. The others resist bending.
     fn n_membrane(&self) -> usize;
@@ -187,12 +215,12 @@ impl Energy for Vec<Box<dyn Energy>> {
         }
     }
 
-    fn visit_mixed_hessian(&self, x: &[Vec3], stress: &[f64], visit: &mut dyn FnMut(ElementHessian)) {
-        let mut rest = stress;
+    fn visit_mixed_hessian(&self, x: &[Vec3], stress: Stress, visit: &mut dyn FnMut(ElementHessian)) {
+        let mut rest = stress.of;
         for e in self {
             let (own, others) = rest.split_at(e.n_elements());
             rest = others;
-            e.visit_mixed_hessian(x, own, visit);
+            e.visit_mixed_hessian(x, Stress { of: own, ..stress }, visit);
         }
     }
 

@@ -3,7 +3,7 @@
 //! An element for each component of r along the axes. Without a height the energy is quadratic in positions. It does not change with rigid
 //! motions; its dashpot resists all motion of the two points against each other.
 
-use super::{Curvature, ElementHessian, Energy, Mat3, RestRow, Term};
+use super::{Curvature, ElementHessian, Energy, Mat3, RestRow, Stress, Term};
 use crate::material::Bond;
 use crate::{Mesh, Vec3};
 
@@ -234,11 +234,11 @@ impl Energy for TieEnergy {
         }
     }
 
-    fn visit_mixed_hessian(&self, x: &[Vec3], stress: &[f64], visit: &mut dyn FnMut(ElementHessian)) {
-        let mut stress = stress.iter();
+    fn visit_mixed_hessian(&self, x: &[Vec3], stress: Stress, visit: &mut dyn FnMut(ElementHessian)) {
+        let mut each = stress.of.iter();
         for part in &self.0 {
             let mut own = Vec3::zeros();
-            part.kept().zip(&mut stress).for_each(|(c, stress)| own[c] = *stress);
+            part.kept().zip(&mut each).for_each(|(c, of)| own[c] = stress.share * of);
             part.visit_hessian(&part.facet(x), Some(own), visit);
         }
     }

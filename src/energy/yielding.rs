@@ -12,7 +12,7 @@
 //! The rest angles are a state's own: it has a copy of this energy, which shares all that is elastic.
 
 use super::hinge::{Bend, angle_curvature, wrapped_difference};
-use super::{Curvature, ElementHessian, Energy, HingeEnergy, Mat3, RestRow, Term};
+use super::{Curvature, ElementHessian, Energy, HingeEnergy, Mat3, RestRow, Stress, Term};
 use crate::Vec3;
 use std::sync::Arc;
 
@@ -173,11 +173,11 @@ impl Energy for Yielding {
         self.each_hessian(x, factors, visit);
     }
 
-    fn visit_mixed_hessian(&self, x: &[Vec3], stress: &[f64], visit: &mut dyn FnMut(ElementHessian)) {
-        let (others, own) = stress.split_at(self.elastic.n_elements());
-        self.elastic.visit_mixed_hessian(x, others, visit);
+    fn visit_mixed_hessian(&self, x: &[Vec3], stress: Stress, visit: &mut dyn FnMut(ElementHessian)) {
+        let (others, own) = stress.of.split_at(self.elastic.n_elements());
+        self.elastic.visit_mixed_hessian(x, Stress { of: others, ..stress }, visit);
         let factors = |i: usize, bend: &Bend, Flow([_, slope, bent]): Flow| {
-            let stress = own[i] / (2.0 * self.creases.weight[i]).sqrt();
+            let stress = stress.share * own[i] / (2.0 * self.creases.weight[i]).sqrt();
             [slope * slope + stress * bent, stress * bend.share * slope]
         };
         self.each_hessian(x, factors, visit);

@@ -4,7 +4,7 @@
 //! that one thread has for the whole shell: so the bits are the same for any parts. Elements between parts are computed in each.
 
 use super::potential::Potential;
-use crate::energy::{Curvature, Energy};
+use crate::energy::{Curvature, Energy, Stress};
 use crate::mesh::NONE;
 use crate::sparse::{BlockMatrix, Columns};
 use crate::threads::{share_items, sharers};
@@ -48,6 +48,15 @@ pub struct Parts {
     threads: usize,
 }
 
+/// Of the elastic energy, by its strains or by stresses in their place.
+#[derive(Clone, Copy)]
+pub enum ElasticHessian<'a> {
+    /// As [`Energy::visit_hessian`].
+    Own(Curvature),
+    /// As [`Energy::visit_mixed_hessian`].
+    Mixed(Stress<'a>),
+}
+
 impl Parts {
     /// Bytes held, but for the energies.
     pub fn bytes(&self) -> usize {
@@ -78,7 +87,7 @@ impl Parts {
         &mut self,
         potential: &Potential,
         x: &[Vec3],
-        (curvature, stress): (Curvature, Option<&[f64]>),
+        hessian: ElasticHessian,
         matrix: &mut BlockMatrix,
     ) -> bool {
         let (shell, constraints) = (potential.shell, potential.constraints);
@@ -100,12 +109,12 @@ impl Parts {
                 let block = |p: usize, q: usize| blocks[p * local.len() + q];
                 columns.add_element(element, |p, q| constraints.projected(element[p], block(p, q), element[q]));
             };
-            match stress {
-                None => energy.visit_hessian(x, curvature, &mut add),
-                Some(stress) => {
+            match hessian {
+                ElasticHessian::Own(curvature) => energy.visit_hessian(x, curvature, &mut add),
+                ElasticHessian::Mixed(stress) => {
                     own.clear();
-                    own.extend(elements.iter().map(|e| stress[*e as usize]));
-                    energy.visit_mixed_hessian(x, own, &mut add);
+                    own.extend(elements.iter().map(|e| stress.of[*e as usize]));
+                    energy.visit_mixed_hessian(x, Stress { of: own, ..stress }, &mut add);
                 }
             }
         });

@@ -6,9 +6,9 @@
 //! step. And the energies of the [`Constraints`] and of what joins besides. Its gradient is zero where M (u̇⁺ − u̇)/h + D (u̇⁺ − u̇) + C(x₀) u̇⁺ + ∇E(x) = F with u̇⁺ = d/h. An equilibrium has the first two terms.
 
 use super::constraints::Constraints;
-use super::parts::Parts;
+use super::parts::{ElasticHessian, Parts};
 use super::{Rayleigh, add_viscous_force};
-use crate::energy::{Curvature, Mat3};
+use crate::energy::{Curvature, Mat3, Stress};
 use crate::point_energy::PointEnergy;
 use crate::sparse::BlockMatrix;
 use crate::{Shell, Vec3};
@@ -119,7 +119,7 @@ impl Potential<'_> {
 
     /// ∂²Φ/∂x² over the free vertices.
     pub fn assemble(&self, parts: &mut Parts, x: &[Vec3], curvature: Curvature, matrix: &mut BlockMatrix) {
-        if parts.add_hessian(self, x, (curvature, None), matrix) {
+        if parts.add_hessian(self, x, ElasticHessian::Own(curvature), matrix) {
             return self.add_others(x, curvature, matrix);
         }
         matrix.clear();
@@ -144,17 +144,19 @@ impl Potential<'_> {
         self.constraints.project(gradient);
     }
 
-    /// ∂²Φ/∂x² over the free vertices with these `stress`es of the elements in the place of their strains.
-    pub fn assemble_mixed(&self, parts: &mut Parts, x: &[Vec3], stress: &[f64], matrix: &mut BlockMatrix) {
-        if parts.add_hessian(self, x, (Curvature::Exact, Some(stress)), matrix) {
-            return self.add_others(x, Curvature::Exact, matrix);
+    /// ∂²Φ/∂x² over the free vertices with these `stress`es of the elements in the place of their strains. What other terms have that is not positive
+    /// semidefinite counts as with [`Curvature::Exact`] for a share of 1, else not.
+    pub fn assemble_mixed(&self, parts: &mut Parts, x: &[Vec3], stress: Stress, matrix: &mut BlockMatrix) {
+        let others = if stress.share == 1.0 { Curvature::Exact } else { Curvature::Semidefinite };
+        if parts.add_hessian(self, x, ElasticHessian::Mixed(stress), matrix) {
+            return self.add_others(x, others, matrix);
         }
         matrix.clear();
         self.shell.energy.visit_mixed_hessian(x, stress, &mut |(vertices, blocks)| {
             let block = |p: usize, q: usize| blocks[p * vertices.len() + q];
             matrix.add_element(vertices, |p, q| self.constraints.projected(vertices[p], block(p, q), vertices[q]));
         });
-        self.add_others(x, Curvature::Exact, matrix);
+        self.add_others(x, others, matrix);
     }
 
     /// Adds the second derivatives of all but the elastic energy.

@@ -4,9 +4,11 @@
 //!
 //! And of steps of 1/30 s of shells that fall from rest and swing, with a factor for each direction and with earlier ones.
 //!
+//! And of cotton that hangs limp and is blown on.
+//!
 //! The same steps on several numbers of threads, with the bits of where they end compared.
 //!
-//! usage: solver [--docs FILE] [steps [SHELL ...] | threads [COUNT ...] [SHELL ...] | SHELL ...]
+//! usage: solver [--docs FILE] [steps [SHELL ...] | limp [SHELL ...] | threads [COUNT ...] [SHELL ...] | SHELL ...]
 #![allow(missing_docs)]
 
 #[path = "../common/mod.rs"]
@@ -19,6 +21,7 @@ mod scenes;
 use common::{equilateral_sheet, leaf, mass_error, mesh};
 use faer::MatMut;
 use scenes::{Action, Scene};
+use shellwarp::material::PRESETS;
 use shellwarp::reference::{EquilibriumOptions, Rayleigh, Solver};
 use shellwarp::threads::set_threads;
 use shellwarp::{Material, Mesh, Shell, Supports, Vec3};
@@ -229,6 +232,74 @@ fn sheet() -> Shell {
     Shell::new(Mesh::new(positions, &triangles).unwrap(), material, &Supports { fixed, ..Supports::default() }).unwrap()
 }
 
+/// Frames of cotton that hangs and is blown on.
+const LIMP_FRAMES: usize = 60;
+
+/// Cotton by its preset: a flag held by one side, a cloth by two corners, a skirt by its waist, of two sizes.
+fn cottons() -> impl Iterator<Item = (&'static str, Shell)> {
+    let preset = PRESETS.iter().find(|preset| preset.name == c"cotton").unwrap();
+    let made = move |(positions, triangles): (Vec<Vec3>, Vec<[u32; 3]>), held: &dyn Fn(&Vec3) -> bool| {
+        let fixed = (0..positions.len() as u32).filter(|v| held(&positions[*v as usize])).collect();
+        let mesh = Mesh::new(positions, &triangles).unwrap();
+        Shell::new(mesh, preset.sheet, &Supports { fixed, ..Supports::default() }).unwrap()
+    };
+    [24, 48].into_iter().flat_map(move |n| {
+        let sheet = || equilateral_sheet(n, n, 0.6 / n as f64);
+        let top = sheet().0.iter().map(|p| p.y).fold(0.0, f64::max);
+        let corner = move |p: &Vec3| p.y > top - 0.03 && (p.x < 0.04 || p.x > 0.56);
+        [
+            ("flag", made(sheet(), &|p| p.x < 0.015)),
+            ("cloth", made(sheet(), &corner)),
+            ("skirt", made(skirt(n * 7 / 12), &|p| p.z == 0.0)),
+        ]
+    })
+}
+
+/// 60 cm long, 12 cm in radius above and 30 below.
+fn skirt(rows: usize) -> (Vec<Vec3>, Vec<[u32; 3]>) {
+    let around = 4 * rows;
+    let at = |row: usize, k: usize| (row * around + k % around) as u32;
+    let place = |row: usize, k: usize| {
+        let down = row as f64 / rows as f64;
+        let angle = std::f64::consts::TAU * (k as f64 + 0.5 * (row % 2) as f64) / around as f64;
+        let radius = 0.12 + 0.18 * down;
+        Vec3::new(radius * angle.cos(), radius * angle.sin(), -0.6 * down)
+    };
+    let positions = (0..=rows).flat_map(|row| (0..around).map(move |k| place(row, k))).collect();
+    let pair = |row: usize, k: usize| {
+        let [a, b, c, d] = [at(row, k), at(row, k + 1), at(row + 1, k), at(row + 1, k + 1)];
+        if row.is_multiple_of(2) { [[a, c, b], [b, c, d]] } else { [[a, c, d], [a, d, b]] }
+    };
+    (positions, (0..rows).flat_map(|row| (0..around).flat_map(move |k| pair(row, k))).collect())
+}
+
+fn limp(only: &[String]) -> String {
+    let mut table = format!(
+        "Steps of 1/30 s of cotton from rest, under its weight and gusts from the side of up to 6 m/s², on {} (load {}); \
+         `target/release/examples/solver limp`.\n\n\
+         | shell | vertices | steps | iterations a step | most | factorizations | ms |\n|---|---|---|---|---|---|---|\n",
+        docs::machine(),
+        docs::load()
+    );
+    for (name, shell) in cottons().filter(|(name, _)| only.is_empty() || only.iter().any(|o| o == name)) {
+        let shell = Arc::new(shell);
+        let (mut swing, mut most) = (Swing::new(&shell, true), 0);
+        for frame in 0..LIMP_FRAMES {
+            let gust = 6.0 * (0.2 * frame as f64).sin();
+            let weight: Vec<Vec3> = shell.mass.iter().map(|m| Vec3::new(0.3 * gust, gust, -9.8) * *m).collect();
+            let before = swing.iterations;
+            swing.step(&weight);
+            most = most.max(swing.iterations - before);
+        }
+        let [a, b, c] = swing.per_frame(LIMP_FRAMES);
+        let row =
+            format!("| {name} | {} | {LIMP_FRAMES} | {a:.1} | {most} | {b:.1} | {:.0} |\n", shell.mass.len(), 1e3 * c);
+        print!("{row}");
+        table += &row;
+    }
+    table
+}
+
 fn main() {
     let mut arguments: Vec<String> = std::env::args().skip(1).collect();
     let docs = arguments.iter().position(|a| a == "--docs").map(|i| arguments.drain(i..i + 2).nth(1).expect("a file"));
@@ -236,6 +307,12 @@ fn main() {
         let only: Vec<String> = arguments.into_iter().filter(|a| a != "steps").collect();
         let table = frames(&only);
         docs.iter().for_each(|file| docs::put_section(file, "steps", &table).unwrap());
+        return;
+    }
+    if arguments.iter().any(|a| a == "limp") {
+        let only: Vec<String> = arguments.into_iter().filter(|a| a != "limp").collect();
+        let table = limp(&only);
+        docs.iter().for_each(|file| docs::put_section(file, "limp", &table).unwrap());
         return;
     }
     if arguments.iter().any(|a| a == "threads") {

@@ -3,8 +3,8 @@
 use crate::common::*;
 use rand::{Rng, SeedableRng, rngs::StdRng};
 use shellwarp::energy::{
-    AreaEnergy, BendingEnergy, Curvature, Energy, HingeEnergy, LengthEnergy, Mat3, MembraneEnergy, dihedral_angle,
-    plane_stress, rest_quadratic_form,
+    AreaEnergy, BendingEnergy, Curvature, Energy, HingeEnergy, LengthEnergy, Mat3, MembraneEnergy, Stress,
+    dihedral_angle, plane_stress, rest_quadratic_form,
 };
 use shellwarp::{Mesh, Vec3};
 use std::f64::consts::PI;
@@ -189,6 +189,37 @@ fn semidefinite_hessians_are_so_and_bound_the_exact_ones_of_membranes() {
                     "{name}: {excess:e} of {largest:e}"
                 );
             });
+        }
+    }
+}
+
+#[test]
+fn hessians_with_stresses_go_from_the_semidefinite_ones_to_the_exact_ones_by_their_share() {
+    let mut rng = StdRng::seed_from_u64(17);
+    let (mesh, terms) = bumpy_sheet(&mut rng);
+    for trial in 0..10 {
+        let x = along(&mesh.positions, &random_field(&mut rng, mesh.positions.len()), 0.04 * f64::from(trial));
+        for (name, energy) in &terms {
+            let mut strains = vec![];
+            energy.visit_strains(&x, &mut |_, strain| strains.push(strain));
+            let own = |curvature| {
+                let mut all: Vec<Mat3> = vec![];
+                energy.visit_hessian(&x, curvature, &mut |(_, blocks)| all.extend(blocks));
+                all
+            };
+            let with = |share| {
+                let mut all: Vec<Mat3> = vec![];
+                energy.visit_mixed_hessian(&x, Stress { of: &strains, share }, &mut |(_, blocks)| all.extend(blocks));
+                all
+            };
+            let [least, most] = [Curvature::Semidefinite, Curvature::Exact].map(own);
+            let scale = most.iter().map(|block| block.amax()).fold(0.0, f64::max);
+            for share in [0.0, 0.3, 1.0] {
+                for ((block, least), most) in with(share).iter().zip(&least).zip(&most) {
+                    let error = (block - (least + share * (most - least))).amax();
+                    assert!(error <= 1e-13 * scale, "{name}, {share}: {error:e}"); // roundings of √(2w)
+                }
+            }
         }
     }
 }
