@@ -483,7 +483,7 @@ static void bad_maps_are_named(void) {
     FAILS(sw_model_create(&mesh, &material, NULL, &model), SW_ERROR_INVALID_ARGUMENT, text);      \
   } while (0)
   REFUSED(map.quantity = 0, "maps[0].quantity is 0");
-  REFUSED(map.quantity = 8, "maps[0].quantity is 8");
+  REFUSED(map.quantity = 9, "maps[0].quantity is 9");
   REFUSED(map.quantity = SW_MAP_YOUNG, "map of young");
   REFUSED(map.on = 0, "maps[0].on is 0");
   REFUSED(map.on = 3, "maps[0].on is 3");

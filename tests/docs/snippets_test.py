@@ -193,7 +193,8 @@ for shell, down in ((upper, 1), (lower, -1)):   # the lower one is pushed up
                      "assert sorted(drawn) == ['normals', 'positions', 'velocities']")],
     "materials": [("directions_of_uvs", "uvs = positions[:, :2]; model.precompute()", ""),
                   ("set_frequency", "model.precompute()" + STATE, ""),
-                  ("rest_positions", "flat = positions; curled = positions + [0, 0, 0.01] * positions[:, :1] ** 2; model.precompute()", "")],
+                  ("rest_positions", "flat = positions; curled = positions + [0, 0, 0.01] * positions[:, :1] ** 2; model.precompute()", ""),
+                  ("growth", "at_the_rim = (positions[:, 1] > 0.09).astype(float)", "")],
 }
 
 
