@@ -217,9 +217,9 @@ void add_supports(const Summary &summary, std::vector<std::string> &words) {
                     " off them: more support_fields");
 }
 
-// What to try where a method is out of its range: the choice, which trains a reduced shell, and the full shell.
+// What to try where a method is out of its range: the choice, which trains a reduced shell, and the full shell, of second order as the judge is.
 std::string better_methods(uint32_t method, bool chosen) {
-  const std::string full = host::method_name(SW_METHOD_SHELL_IMPLICIT);
+  const std::string full = std::string(host::method_name(SW_METHOD_SHELL_IMPLICIT)) + " --second-order";
   return chosen || host::needs_fields(method) ? full : std::string(host::method_name(SW_METHOD_AUTO)) + " or " + full;
 }
 

@@ -75,7 +75,7 @@ std::vector<double> frequencies_of(const Mesh &mesh, const std::vector<Support> 
   fixed.fixed = held.fixed.data(), fixed.n_fixed = static_cast<uint32_t>(held.fixed.size());
   fixed.clamped = held.clamped.data(), fixed.n_clamped = static_cast<uint32_t>(held.clamped.size());
   shellwarp::Model model(desc_of(mesh), sheet, fixed);
-  if (told) *told = calibrate(model, mesh);
+  if (told) *told = calibrate(model, mesh, true);
   SwPrecomputeDesc desc = shellwarp::precompute_desc();
   desc.modes = kCompared + 6;  // and a free shell's six of no frequency
   desc.flags = SW_PRECOMPUTE_LINEAR;
@@ -168,15 +168,16 @@ std::string describe_proxy(const SwProxyInfo &info) {
 // Of per cent: two, or as many as there are before the point.
 static int digits(double share) { return share < 0.995 ? 2 : 3 + static_cast<int>(std::log10(share)); }
 
-std::string calibrate(shellwarp::Model &model, const Mesh &mesh) {
+std::string calibrate(shellwarp::Model &model, const Mesh &mesh, bool is_sheet) {
   try {
     const SwCalibrationInfo found = model.calibrate(*mesh.proxy->made);
     char text[256];
     std::snprintf(text, sizeof text, "calibrated on %u vertices: under gravity the proxy was %.*g %% off, now %.*g %%; stretching by %.2f to %.2f, bending by %.2f to %.2f",
                   found.n_compared, digits(found.difference_before), 100 * found.difference_before, digits(found.difference_after), 100 * found.difference_after, found.stretching_min, found.stretching_max, found.bending_min,
                   found.bending_max);
-    const char *far = found.difference_after > kFar ? "; still far off: take more vertices, hold a wider part, or name a sheet (--material, --young; material.preset, young)" : "";
-    return std::string(text) + far;
+    if (found.difference_after <= kFar) return text;
+    const std::string far = std::string(text) + "; still far off: take more vertices, hold a wider part";
+    return is_sheet ? far + ", or simulate the file itself" : far + ", or name a sheet (--material, --young; material.preset, young)";
   } catch (const shellwarp::Error &error) {
     if (error.status() == SW_ERROR_CANCELLED || error.status() == SW_ERROR_OUT_OF_MEMORY) throw;
     return std::string("not calibrated: ") + error.what();

@@ -24,8 +24,9 @@ Mesh make_proxy(const Mesh &file, const ProxyOptions &options, std::optional<dou
 // "2009 vertices and 3990 triangles stand for 13117 vertices; ..."
 std::string describe_proxy(const SwProxyInfo &info);
 
-// Fits the stiffness of a model of `mesh`, which is a proxy, to that of the file; what came of it, or why nothing did, in words.
-std::string calibrate(shellwarp::Model &model, const Mesh &mesh);
+// Fits the stiffness of a model of `mesh`, which is a proxy, to that of the file; what came of it, or why nothing did, in words, which name other materials unless it is a
+// sheet.
+std::string calibrate(shellwarp::Model &model, const Mesh &mesh, bool is_sheet);
 
 // `shellwarp proxy`: makes a proxy, writes it unless `out` is empty, and tells how near it comes to the file's mesh: vertices, and ten frequencies where that is a shell.
 struct ProxyCommand {

@@ -205,7 +205,7 @@ std::string settle_choice(const shellwarp::Model &model, const Mesh &mesh, Scene
   if (!scene.integrator) scene.integrator = SW_INTEGRATOR_SECOND_ORDER;
   const bool large = mesh.n_vertices() > kQuick && !mesh.proxy;
   return "auto is the full shell, whose steps take long: " + why + ". It is limp: a stiffer sheet is fast, and --method warp is, but far off" +
-         (large ? "; --proxy 800 (proxy) simulates fewer vertices, and the file's follow" : "");
+         (large ? "; --proxy " + std::to_string(mesh.n_vertices() / 200 * 100) + " (proxy) simulates fewer vertices, the file's follow, and how far off they are is told" : "");
 }
 
 int run_scene(Scene scene, const RunOptions &options, OutputFolder *folder, Page *page) {

@@ -329,7 +329,7 @@ shellwarp::Model make_model(const Scene &scene, const Mesh &mesh, ProgressBar &p
   const TieLists ties = find_ties(scene, mesh);
   set_ties(ties, material);
   shellwarp::Model model = model_of(scene, mesh, material, support_desc(supports));
-  if (mesh.proxy && mesh.proxy->calibrates) mesh.proxy->calibrated = calibrate(model, mesh);
+  if (mesh.proxy && mesh.proxy->calibrates) mesh.proxy->calibrated = calibrate(model, mesh, scene.material.sheet);
 
   SwPrecomputeDesc desc = shellwarp::precompute_desc();
   desc.modes = scene.modes;

@@ -993,7 +993,7 @@ void the_verdict_says_how_far_off_the_run_is() {
   found.remaining = 0;
   run.estimates = {{0.1, 5, 0.001}, {1, 0.99, 0.05}, {4, 0.028, 0.02}};
   CHECK(cli::verdict(run) == "certified: about 99 % of the largest displacement off the full nonlinear shell at 1 s, the worst of 3 frames judged; "
-                             "about 1.1 % in the last one; do not trust the picture; use --method shell-implicit");
+                             "about 1.1 % in the last one; do not trust the picture; use --method shell-implicit --second-order");
   found.max_error = 0.1;
   CHECK(cli::verdict(run).find("; the full shell is 2 times as far from the last frame as anything has moved; do not trust") != std::string::npos);
   found.max_error = 0.04;  // less than what has moved
