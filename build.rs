@@ -1,5 +1,5 @@
-//! Gives the shared library the name by which hosts find it, so that they bind to the interface and not to a file, and a WebAssembly module
-//! its table of functions.
+//! Gives the shared library the name by which hosts find it, so that they bind to the interface and not to a file, keeps it loaded, and gives a
+//! WebAssembly module its table of functions.
 
 fn main() {
     println!("cargo:rerun-if-changed=build.rs");
@@ -11,6 +11,8 @@ fn main() {
     let os = std::env::var("CARGO_CFG_TARGET_OS").unwrap_or_default();
     if matches!(os.as_str(), "linux" | "freebsd" | "netbsd" | "openbsd") {
         println!("cargo:rustc-cdylib-link-arg=-Wl,-soname,libshellwarp.so.0");
+        // A host that closes the library while its threads sleep must not take their code away.
+        println!("cargo:rustc-cdylib-link-arg=-Wl,-z,nodelete");
     }
     if os == "macos" {
         println!("cargo:rustc-cdylib-link-arg=-Wl,-install_name,@rpath/libshellwarp.dylib");

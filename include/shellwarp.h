@@ -1876,8 +1876,9 @@ SwStatus sw_states_step(struct SwState *const *states,
 // sw_states_step, many bound points, and the work of steps, equilibria, certificates and
 // precomputes on full shells of some thousand vertices, to the same bits on any number. Calls on
 // several threads do not share among the same ones: the second works on its own. The library's
-// threads end before this returns, and new ones are made when they are needed: call it with 1
-// before unloading the library.
+// threads end before this returns, and new ones are made when they are needed. Call it with 1
+// before unloading the library where that takes its code away: on Windows and macOS. Elsewhere a
+// closed library stays loaded.
 // Errors: SW_ERROR_INVALID_ARGUMENT beyond 1024, SW_ERROR_BUSY while a call on another thread uses
 // them.
 SwStatus sw_set_threads(uint32_t count);

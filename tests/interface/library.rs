@@ -88,6 +88,22 @@ fn the_shared_library_moves_a_shell_as_the_core_does() {
     }
 }
 
+/// Its threads may sleep in it, and would wake where there is no code.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_closed_library_stays_loaded() {
+    let library = std::env::current_exe().unwrap().parent().unwrap().join(libloading::library_filename("shellwarp"));
+    // Under a name of its own: other tests have the library open.
+    let copy = std::env::temp_dir().join(format!("libshellwarp_closed_{}.so", std::process::id()));
+    std::fs::copy(&library, &copy).unwrap();
+    let is_loaded = || std::fs::read_to_string("/proc/self/maps").unwrap().contains(copy.to_str().unwrap());
+    assert!(!is_loaded());
+    // SAFETY: the library's initializers have no preconditions, and nothing of it is used after it is closed.
+    unsafe { Library::new(&copy).unwrap() }.close().unwrap();
+    assert!(is_loaded());
+    std::fs::remove_file(&copy).unwrap();
+}
+
 #[test]
 fn every_method_of_the_header_makes_a_state_that_steps() {
     let (positions, triangles) = equilateral_sheet(4, 2, 0.1);
