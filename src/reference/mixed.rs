@@ -16,9 +16,9 @@
 //! with, while coasting along a straight line stretches a shell that turns. The last step of a search, among rounding errors, is one with the factor at hand.
 //!
 //! Where the tangent is not positive definite the shell is about to snap. There τM is added, more of it until it is, and less in each
-//! step after that. In a step in time inertia holds the shell, and τM would only shorten the way. There a share of what is not positive semidefinite
-//! of σ ∂²ε is left out, more of it until the tangent is, and less in each step after that: limp cloth, which buckles everywhere, gets there in
-//! half the steps that lower the energy along their lines.
+//! step after that. In a step in time inertia holds the shell, and τM would only shorten the way. Unless there are constraints, a share of what is not
+//! positive semidefinite of σ ∂²ε is left out in its place, more of it until the tangent is, and less in each step after that: limp cloth, which
+//! buckles everywhere, gets there in half the steps that lower the energy along their lines.
 
 use super::free_norm;
 use super::newton::{Convergence, Newton, Stop};
@@ -80,7 +80,7 @@ const GROWTH: f64 = 2.0;
 pub enum Unstable {
     /// Give up.
     Stop,
-    /// Go on with τM, or, in a step in time, with a share of pushes.
+    /// Go on with τM, or, in a step in time without constraints, with a share of pushes.
     Shift,
 }
 
@@ -142,6 +142,11 @@ impl Shift {
     }
 }
 
+/// Whether a share of pushes is left out in place of a shift. With constraints, whose way is taken in parts, τM ends nearer to where the shell is.
+fn shares_pushes(potential: &Potential) -> bool {
+    potential.step.is_some() && potential.constraints.is_empty()
+}
+
 impl Newton {
     /// Moves `x` to a minimum of Φ that is no higher. `None` where the steps do not converge to one, with `x` where Φ was lowest, or as it was
     /// with [`Unstable::Stop`].
@@ -186,7 +191,7 @@ impl Newton {
         watch: &mut dyn FnMut(f64) -> Result<()>,
     ) -> Result<Option<Convergence>> {
         let shell = potential.shell;
-        let most = if potential.step.is_some() { STEP_FACTORIZATIONS } else { FACTORIZATIONS };
+        let most = if shares_pushes(potential) { STEP_FACTORIZATIONS } else { FACTORIZATIONS };
         let most = self.factorizations + most.min(stop.max_iterations);
         let (mut shift, mut stable, mut last) = (Shift::default(), false, f64::INFINITY);
         let mut kept = false;
@@ -394,7 +399,7 @@ impl Newton {
         (shift, unstable): (&mut Shift, Unstable),
     ) -> Result<bool> {
         let shell = potential.shell;
-        if potential.step.is_some() && unstable == Unstable::Shift {
+        if shares_pushes(potential) && unstable == Unstable::Shift {
             return self.shared_direction(potential, x, Tangent { stress, force, enough, near }, shift);
         }
         for _ in 0..FACTORIZATIONS {
