@@ -3,6 +3,7 @@
 #include "judge.hpp"
 #include "progress.hpp"
 
+#include <algorithm>
 #include <cstdio>
 
 namespace cli {
@@ -33,14 +34,15 @@ Watch::~Watch() {
   if (terminal_ && told_) std::fputc('\n', stderr);
 }
 
-// On a terminal one line that is redrawn; elsewhere a line after twice the time of the last, so that logs stay short.
+// On a terminal one line that is redrawn; elsewhere a line after twice the time of the last, so that logs stay short, but one a minute.
 void Watch::wait() {
+  constexpr std::chrono::duration<double> kLongest = std::chrono::minutes(1);
   const auto start = std::chrono::steady_clock::now();
   std::chrono::duration<double> next = patience_;
   std::unique_lock<std::mutex> lock(mutex_);
   while (!wake_.wait_until(lock, start + std::chrono::duration_cast<std::chrono::nanoseconds>(next), [this] { return over_; })) {
     tell(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
-    next += terminal_ ? std::chrono::duration<double>(0.25) : next;
+    next += terminal_ ? std::chrono::duration<double>(0.25) : std::min(next, kLongest);
   }
 }
 
