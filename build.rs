@@ -1,5 +1,5 @@
-//! Gives the shared library the name by which hosts find it, so that they bind to the interface and not to a file, keeps it loaded, and gives a
-//! WebAssembly module its table of functions.
+//! How the library is linked. A shared library has the name by which hosts find it, so that they bind to the interface and not to a file, and
+//! stays loaded. A WebAssembly module has its table of functions.
 
 fn main() {
     println!("cargo:rerun-if-changed=build.rs");

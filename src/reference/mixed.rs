@@ -16,9 +16,9 @@
 //! with, while coasting along a straight line stretches a shell that turns. The last step of a search, among rounding errors, is one with the factor at hand.
 //!
 //! Where the tangent is not positive definite the shell is about to snap. There τM is added, more of it until it is, and less in each
-//! step after that. In a step in time inertia holds the shell, and τM would only shorten the way. Unless there are constraints, a share of what is not
-//! positive semidefinite of σ ∂²ε is left out in its place, more of it until the tangent is, and less in each step after that: limp cloth, which
-//! buckles everywhere, gets there in half the steps that lower the energy along their lines.
+//! step after that. In a step in time inertia holds the shell, and τM would only shorten the way. Without constraints a share of what is not
+//! positive semidefinite of σ ∂²ε is left out instead: more of it until the tangent is, less in each step after that. Limp cloth buckles everywhere,
+//! and gets there in half the steps that lower the energy along their lines.
 
 use super::free_norm;
 use super::newton::{Convergence, Newton, Stop};
@@ -106,7 +106,7 @@ struct Shift {
     /// Of pushes, what counts, and the steps until more is tried.
     share: f64,
     wait: usize,
-    /// The longest step so far to take, by vertex.
+    /// How far a vertex may go in the next step.
     reach: f64,
 }
 

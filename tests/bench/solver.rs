@@ -292,28 +292,7 @@ fn limp(only: &[String]) {
     }
 }
 
-fn main() {
-    let mut arguments: Vec<String> = std::env::args().skip(1).collect();
-    let docs = arguments.iter().position(|a| a == "--docs").map(|i| arguments.drain(i..i + 2).nth(1).expect("a file"));
-    if arguments.iter().any(|a| a == "steps") {
-        let only: Vec<String> = arguments.into_iter().filter(|a| a != "steps").collect();
-        let table = frames(&only);
-        docs.iter().for_each(|file| docs::put_section(file, "steps", &table).unwrap());
-        return;
-    }
-    if arguments.iter().any(|a| a == "limp") {
-        let only: Vec<String> = arguments.into_iter().filter(|a| a != "limp").collect();
-        limp(&only);
-        return;
-    }
-    if arguments.iter().any(|a| a == "threads") {
-        let (counts, only): (Vec<_>, Vec<_>) =
-            arguments.into_iter().filter(|a| a != "threads").partition(|a| a.parse::<usize>().is_ok());
-        let counts: Vec<usize> = counts.iter().map(|count| count.parse().unwrap()).collect();
-        let table = by_threads(if counts.is_empty() { &[1, 2] } else { &counts }, &only);
-        docs.iter().for_each(|file| docs::put_section(file, "threads", &table).unwrap());
-        return;
-    }
+fn equilibria(only: &[String]) -> String {
     let mut table = format!(
         "From rest to 1e-8 of the load, forces that move the shell by 0.1, 0.3 and 1 of its size to first order; `make bench-solver` on {} \
          (load {}). By the energy alone → with the stress as an unknown. Elsewhere: ends that differ by more than {APART}, and where the \
@@ -322,7 +301,7 @@ fn main() {
         docs::machine(),
         docs::load()
     );
-    for scene in scenes::all().iter().filter(|s| arguments.is_empty() || arguments.iter().any(|a| a == s.key)) {
+    for scene in scenes::all().iter().filter(|s| only.is_empty() || only.iter().any(|o| o == s.key)) {
         let mut solver = Solver::new(scene.shell.clone()).unwrap();
         let mut totals = [Total::default(), Total::default()];
         let (mut elsewhere, mut lower) = (0, 0);
@@ -356,6 +335,32 @@ fn main() {
         print!("{row}");
         table += &row;
     }
+    table
+}
+
+fn main() {
+    let mut arguments: Vec<String> = std::env::args().skip(1).collect();
+    let docs = arguments.iter().position(|a| a == "--docs").map(|i| arguments.drain(i..i + 2).nth(1).expect("a file"));
+    if arguments.iter().any(|a| a == "steps") {
+        let only: Vec<String> = arguments.into_iter().filter(|a| a != "steps").collect();
+        let table = frames(&only);
+        docs.iter().for_each(|file| docs::put_section(file, "steps", &table).unwrap());
+        return;
+    }
+    if arguments.iter().any(|a| a == "limp") {
+        let only: Vec<String> = arguments.into_iter().filter(|a| a != "limp").collect();
+        limp(&only);
+        return;
+    }
+    if arguments.iter().any(|a| a == "threads") {
+        let (counts, only): (Vec<_>, Vec<_>) =
+            arguments.into_iter().filter(|a| a != "threads").partition(|a| a.parse::<usize>().is_ok());
+        let counts: Vec<usize> = counts.iter().map(|count| count.parse().unwrap()).collect();
+        let table = by_threads(if counts.is_empty() { &[1, 2] } else { &counts }, &only);
+        docs.iter().for_each(|file| docs::put_section(file, "threads", &table).unwrap());
+        return;
+    }
+    let table = equilibria(&arguments);
     if let Some(file) = docs {
         docs::put_section(&file, "solver", &table).unwrap();
         docs::put_section(&file, "steps", &frames(&[])).unwrap();

@@ -2,6 +2,7 @@
 
 use crate::common::*;
 use crate::plates::*;
+use crate::saved::{assert_damage_is_refused, assert_moves_by_the_same_bits};
 use rand::{Rng, SeedableRng, rngs::StdRng};
 use shellwarp::energy::{Curvature, dihedral_angle};
 use shellwarp::material::{Crease, ElasticSheet, Elasticity, Fibres, Map, On, Quantity, RestLength};
@@ -371,21 +372,8 @@ fn a_saved_model_has_its_lengths_and_moves_by_the_same_bits() {
         let loaded = Arc::new(Model::load(&bytes).unwrap());
         assert!(loaded.save().unwrap() == bytes && loaded.shell.metric == model.shell.metric);
         assert!(loaded.shell.mesh.positions == model.shell.mesh.positions && loaded.shell.mass == model.shell.mass);
-        for method in [Method::Warp, Method::ImplicitShell] {
-            let run = |model: &Arc<Model>| {
-                let mut state = State::new(model.clone(), method, Integrator::Exact).unwrap();
-                state.set_gravity(Vec3::new(0.0, 0.0, -3.0)).unwrap();
-                (0..5).for_each(|_| state.step(0.01).unwrap());
-                displacements(&state)
-            };
-            assert!(run(&model) == run(&loaded), "{method:?}");
-        }
-        // Bytes that are cut or lie are refused, and none harms.
-        for k in (0..bytes.len()).step_by(bytes.len() / 300) {
-            let mut bad = bytes.clone();
-            bad[k] ^= 0x10;
-            assert!(Model::load(&bad).is_err() && Model::load(&bytes[..k]).is_err());
-        }
+        assert_moves_by_the_same_bits([&model, &loaded], &[Method::Warp, Method::ImplicitShell]);
+        assert_damage_is_refused(&bytes);
     }
 }
 

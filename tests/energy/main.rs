@@ -6,6 +6,7 @@ mod common;
 #[allow(dead_code)] // each room uses its part
 #[path = "../common/plates.rs"]
 mod plates;
+mod saved;
 
 mod creases;
 mod damping;

@@ -3,6 +3,7 @@
 
 use crate::common::*;
 use crate::plates::*;
+use crate::saved::assert_moves_by_the_same_bits;
 use rand::{Rng, SeedableRng, rngs::StdRng};
 use shellwarp::energy::{AreaEnergy, Energy, HingeEnergy, LengthEnergy, discrete_shell};
 use shellwarp::material::{ElasticSheet, Elasticity, Map, On, Quantity};
@@ -282,15 +283,7 @@ fn a_saved_model_has_its_maps_and_moves_by_the_same_bits() {
         let loaded = Arc::new(Model::load(&bytes).unwrap());
         assert!(loaded.save().unwrap() == bytes && loaded.shell.maps == model.shell.maps);
         assert!(!loaded.shell.maps.is_empty() && loaded.shell.mass == model.shell.mass);
-        for method in [Method::Warp, Method::ReducedShell, Method::ImplicitShell] {
-            let run = |model: &Arc<Model>| {
-                let mut state = State::new(model.clone(), method, Integrator::Exact).unwrap();
-                state.set_gravity(Vec3::new(0.0, 0.0, -3.0)).unwrap();
-                (0..5).for_each(|_| state.step(0.01).unwrap());
-                displacements(&state)
-            };
-            assert!(run(&model) == run(&loaded), "{method:?}");
-        }
+        assert_moves_by_the_same_bits([&model, &loaded], &[Method::Warp, Method::ReducedShell, Method::ImplicitShell]);
     }
 }
 
