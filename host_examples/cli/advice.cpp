@@ -28,6 +28,9 @@ constexpr double kSlow = 0.5;
 // What a step gets wrong by its length, as a share of the motion: a swing of forty steps by the full shell, of twelve by a reduced one.
 constexpr double kCoarse = 0.01;
 
+// And the whole motion by all its steps: to be seen.
+constexpr double kCoarseMotion = 0.03;
+
 std::string in_unit(double length, const Scene &scene) {
   return format("%.3g", length) + (scene.length_unit.empty() ? "" : " " + scene.length_unit);
 }
@@ -59,11 +62,13 @@ double longest_way(const std::vector<Handle> &handles) {
   return way;
 }
 
+uint32_t method_taken(const Summary &summary) {
+  return host::needs_choice(summary.scene.method) ? summary.info.auto_method : summary.scene.method;
+}
+
 // By which method; of the automatic choice, which that took.
 std::string method_words(const Summary &summary) {
-  const bool chosen = host::needs_choice(summary.scene.method);
-  const uint32_t method = chosen ? summary.info.auto_method : summary.scene.method;
-  return std::string("; by the method ") + host::method_name(method) + (chosen ? ", that auto took" : "");
+  return std::string("; by the method ") + host::method_name(method_taken(summary)) + (host::needs_choice(summary.scene.method) || summary.scene.by_auto ? ", that auto took" : "");
 }
 
 std::string motion_words(const Summary &summary) {
@@ -184,20 +189,37 @@ void add_turns(const Summary &summary, std::vector<std::string> &words) {
                            static_cast<long long>(outside), frames.size()));
 }
 
-// Of the full shell, where other methods have their certificate.
+// Of the full shell, where other methods have their certificate and no twin tells.
 void add_full_shell(const Summary &summary, std::vector<std::string> &words) {
+  if (summary.run.step_estimate && summary.run.step_estimate->failed.empty()) return;
   const double share = step_error_share(summary.run);
   if (host::is_full_shell(summary.scene.method) && share > 0)
     words.push_back(format("this is the full nonlinear shell, by which others are judged; each step is off by up to %.2g %% of the motion, which may add up: half the step tells (--step %.2g, steps_per_frame = %u)",
                            100 * share, summary.scene.step() / 2, 2 * summary.scene.steps_per_frame));
 }
 
+// What makes steps of this method more accurate at the same length.
+std::string better_steps(const Scene &scene, uint32_t method) {
+  if (host::is_full_shell(method)) return scene.integrator == SW_INTEGRATOR_SECOND_ORDER ? "" : ", or --second-order (integrator)";
+  return host::needs_fields(method) || scene.integrator == SW_INTEGRATOR_EXACT ? "" : ", or --exact (integrator)";
+}
+
 // Steps that are too long for the motion.
 void add_step_error(const Summary &summary, std::vector<std::string> &words) {
-  const bool is_seen = widest_frame(summary.run).report.max_displacement > kUnseen * summary.info.size;
-  if (const double share = step_error_share(summary.run); share > kCoarse && is_seen)
-    words.push_back(format("try: a step is off by up to %.2g %% of the motion: shorter steps help (--step, steps_per_frame)%s", 100 * share,
-                           host::is_full_shell(summary.scene.method) && summary.scene.integrator != SW_INTEGRATOR_SECOND_ORDER ? ", or --second-order" : ""));
+  constexpr double kAim = 0.01;  // of the motion, by shorter steps
+  constexpr double kMost = 16;   // times as many: beyond, an order tells little
+  const Scene &scene = summary.scene;
+  const uint32_t method = method_taken(summary);
+  if (widest_frame(summary.run).report.max_displacement <= kUnseen * summary.info.size) return;
+  if (const std::optional<StepEstimate> &found = summary.run.step_estimate; found && found->failed.empty()) {
+    if (found->error <= kCoarseMotion) return;
+    const double times = std::min(kMost, std::ceil(std::pow(found->error / kAim, 1.0 / order_of_steps(scene, method))));
+    words.push_back(format("try: the time step costs about %.2g %% of the motion: %.0f times as many steps (--step %.2g, steps_per_frame = %.0f)%s", 100 * found->error, times,
+                           scene.step() / times, times * scene.steps_per_frame, better_steps(scene, method).c_str()));
+  } else if (const double share = step_error_share(summary.run); share > kCoarse) {
+    words.push_back(format("try: a step is off by up to %.2g %% of the motion: a quarter of it is off by a sixteenth (--step %.2g, steps_per_frame = %u)%s", 100 * share, scene.step() / 4,
+                           4 * scene.steps_per_frame, better_steps(scene, method).c_str()));
+  }
 }
 
 void add_handles(const Summary &summary, std::vector<std::string> &words) {
@@ -223,10 +245,9 @@ std::string better_methods(uint32_t method, bool chosen) {
   return chosen || host::needs_fields(method) ? full : std::string(host::method_name(SW_METHOD_AUTO)) + " or " + full;
 }
 
-std::string about(double share) {
-  if (share < 1e-4) return "less than 0.01 %";
-  return "about " + format(share < 0.1 ? "%.2g %%" : "%.0f %%", 100 * share);
-}
+std::string percent(double share) { return share < 1e-4 ? "less than 0.01 %" : format(share < 0.1 ? "%.2g %%" : "%.0f %%", 100 * share); }
+
+std::string about(double share) { return (share < 1e-4 ? "" : "about ") + percent(share); }
 
 // The frame that is furthest off, by length: a large share of a displacement that is small itself says little.
 const ErrorEstimate &worst_estimate(const Run &run) {
@@ -256,6 +277,54 @@ std::string error_words(const Run &run, const ErrorEstimate &worst, double share
   return text + format(" at %.3g s, the worst of %zu frames judged; ", worst.seconds, n) + about(share_of_most(run, run.estimates.back())) + " in the last one";
 }
 
+// What is known of the error of all that is seen, and of what nobody knows it.
+struct ErrorParts {
+  double sum = 0;
+  bool rough = false;
+  std::vector<std::string> known, unknown;
+
+  void add(double share, const std::string &what) {
+    sum += share;
+    known.push_back(percent(share) + " " + what);
+  }
+};
+
+void add_method_error(const Summary &summary, ErrorParts &parts) {
+  const Run &run = summary.run;
+  if (host::is_full_shell(method_taken(summary))) return;
+  if (!run.uncertified.empty()) parts.unknown.push_back("the method");
+  if (!run.certificate) return;
+  const std::size_t n = run.estimates.size();
+  parts.add(method_error(run),
+            "method (against the full shell" + (n > 1 ? format(" at %zu frames)", n) : std::string(" in the last frame)")));
+  parts.rough = run.certificate->remaining > kRoughAbove;
+}
+
+// The one number: parts may add up, so it is their sum.
+std::string total_error(const Summary &summary) {
+  ErrorParts parts;
+  add_method_error(summary, parts);
+  if (const std::optional<StepEstimate> &step = summary.run.step_estimate) {
+    if (step->failed.empty()) parts.add(step->error, "time step (against steps twice as long" + (step->until > 0 ? format(", up to %.3g s)", step->until) : std::string(")")));
+    else parts.unknown.push_back("the time step");
+  }
+  if (summary.proxy) {
+    if (summary.proxy->difference) parts.add(*summary.proxy->difference, "proxy (against its file at rest under gravity, to first order)");
+    else parts.unknown.push_back("the proxy");
+  }
+  const uint32_t method = method_taken(summary);
+  std::string text = std::string("method ") + host::method_name(method);
+  const bool full = host::is_full_shell(method), taken = host::needs_choice(summary.scene.method) || summary.scene.by_auto;
+  if (full || taken) text += std::string(" (") + (full ? "the full shell, by which others are judged" : "") + (full && taken ? "; " : "") + (taken ? "taken by auto" : "") + ")";
+  if (summary.proxy) text += format(" on a proxy of %u vertices", summary.info.n_vertices);
+  if (parts.known.empty()) return "";
+  text += "; its error " + about(parts.sum) + " of the motion" + (parts.rough ? ", roughly" : "");
+  for (std::size_t k = 0; k < parts.known.size(); ++k) text += (k ? ", " : ": ") + parts.known[k];
+  if (parts.sum > kMisleading) text += "; do not trust the picture";
+  for (std::size_t k = 0; k < parts.unknown.size(); ++k) text += (k ? ", " : "; not counted, as not known: ") + parts.unknown[k];
+  return text;
+}
+
 }  // namespace
 
 std::vector<std::string> closing_words(const Summary &summary) {
@@ -263,6 +332,7 @@ std::vector<std::string> closing_words(const Summary &summary) {
   if (falls(summary)) words.push_back(falling_words(summary));
   add_contact(summary, words);
   const bool moved = widest_frame(summary.run).report.max_displacement > 0;
+  if (const std::string total = moved ? total_error(summary) : ""; !total.empty()) words.push_back(total);
   if (const std::string error = !moved ? "" : verdict(summary.run, host::needs_choice(summary.scene.method), summary.compared); !error.empty()) words.push_back(error);
   add_full_shell(summary, words);
   add_size_of_motion(summary, words);
@@ -271,12 +341,17 @@ std::vector<std::string> closing_words(const Summary &summary) {
   add_handles(summary, words);
   add_supports(summary, words);
   if (const uint64_t early = summary.run.frames.back().report.unconverged_steps)
-    words.push_back(format("try: %llu steps ended short of their tolerance: much shorter steps help (--step, steps_per_frame)",
-                           static_cast<unsigned long long>(early)));
+    words.push_back(format("try: %llu steps ended short of their tolerance: a quarter of the step helps (--step %.2g, steps_per_frame = %u)",
+                           static_cast<unsigned long long>(early), summary.scene.step() / 4, 4 * summary.scene.steps_per_frame));
   for (const std::string &warning : summary.warnings) words.push_back("note: " + warning);
   if (summary.info.zero_modes)
     words.push_back(format("note: nothing resists %u of the modes: the shell floats or turns freely", summary.info.zero_modes));
   return words;
+}
+
+double method_error(const Run &run) {
+  if (!run.certificate || host::is_full_shell(run.certificate->method)) return 0;
+  return run.estimates.empty() ? run.certificate->error : share_of_most(run, worst_estimate(run));
 }
 
 std::string verdict(const Run &run, bool chosen, bool compared) {

@@ -15,4 +15,7 @@ std::vector<std::string> closing_words(const Summary &summary);
 // `compared`: it names no other method.
 std::string verdict(const Run &run, bool chosen = false, bool compared = false);
 
+// What a method gets wrong against the full shell, a share of the largest displacement of the frames that were judged; 0 where none was.
+double method_error(const Run &run);
+
 }  // namespace cli

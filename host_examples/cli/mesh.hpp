@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -30,6 +31,7 @@ struct ProxySource {
   bool calibrates = true;            // models of it
   std::vector<uint32_t> clamped{};   // by the paper's constants: of the proxy, what stands for the file's clamped vertices and their neighbours, which is what holds the file
   mutable std::string calibrated{};  // what came of the last one's
+  mutable std::optional<double> difference{};  // left by it, a share: under gravity, at rest, to first order
 };
 
 struct Mesh {

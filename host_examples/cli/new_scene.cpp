@@ -95,6 +95,7 @@ kind = "clamped"        # or "fixed": the slope is free
 [simulation]
 duration = 4.0          # seconds
 frame_rate = 30
+steps_per_frame = 4     # more steps are more accurate; the run's last lines tell what the time step costs
 gravity = %s  # m/s^2
 modes = 16
 method = "auto"         # a reduced shell where it can be, else the warp; the others: docs/guide/methods.md

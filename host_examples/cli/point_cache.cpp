@@ -8,7 +8,7 @@ namespace cli {
 
 namespace {
 
-constexpr long kSamplesOffset = 28;
+constexpr long kSamplesOffset = 28, kFirstSample = 32;
 constexpr float kStartFrame = 0, kFramesPerSample = 1;
 
 uint32_t bits(float value) {
@@ -39,6 +39,11 @@ void PointCache::append(const float *positions) {
   for (std::size_t i = 0; i < std::size_t{3} * n_points_; ++i) store(&bytes[4 * i], bits(positions[i]));
   file_.write(bytes.data(), bytes.size());
   ++n_samples_;
+}
+
+void PointCache::restart() {
+  file_.seek(kFirstSample);
+  n_samples_ = 0;
 }
 
 void PointCache::close() {

@@ -19,6 +19,8 @@ public:
 
   // n_points x 3.
   void append(const float *positions);
+  // Begins again at the first sample.
+  void restart();
   // Writes the number of samples into the header. A cache that is not closed counts as empty.
   void close();
 

@@ -34,7 +34,7 @@ bool stderr_is_terminal() {
 extern "C" {
 
 static void on_interrupt(int signal) {
-  interrupt_flag = 1;
+  interrupt_flag = signal;
   std::signal(signal, SIG_DFL);
 }
 
@@ -54,6 +54,8 @@ void catch_signals() {
 }
 
 bool interrupted() { return interrupt_flag != 0; }
+
+bool stopped_by_user() { return interrupt_flag == SIGINT; }
 
 ProgressBar::ProgressBar(bool quiet) : quiet_(quiet), terminal_(stderr_is_terminal()) {}
 

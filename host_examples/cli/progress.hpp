@@ -13,6 +13,8 @@ namespace cli {
 // the system's limit becomes a failed write.
 void catch_signals();
 bool interrupted();
+// That, by Ctrl-C: whoever did wants to see what there is.
+bool stopped_by_user();
 
 bool stderr_is_terminal();
 

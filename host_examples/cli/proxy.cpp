@@ -175,6 +175,7 @@ std::string calibrate(shellwarp::Model &model, const Mesh &mesh, bool is_sheet) 
     std::snprintf(text, sizeof text, "calibrated on %u vertices: under gravity the proxy was %.*g %% off, now %.*g %%; stretching by %.2f to %.2f, bending by %.2f to %.2f",
                   found.n_compared, digits(found.difference_before), 100 * found.difference_before, digits(found.difference_after), 100 * found.difference_after, found.stretching_min, found.stretching_max, found.bending_min,
                   found.bending_max);
+    mesh.proxy->difference = found.difference_after;
     if (found.difference_after <= kFar) return text;
     const std::string far = std::string(text) + "; still far off: take more vertices, hold a wider part";
     return is_sheet ? far + ", or simulate the file itself" : far + ", or name a sheet (--material, --young; material.preset, young)";

@@ -1,6 +1,7 @@
 #include "run.hpp"
 
 #include "advice.hpp"
+#include "choice.hpp"
 #include "comparison.hpp"
 #include "frame_files.hpp"
 #include "judge.hpp"
@@ -38,15 +39,15 @@ int tell_violations(const std::vector<std::string> &sentences) {
   return sentences.empty() ? 0 : kFailure;
 }
 
-int tell_stopped(const Scene &scene, const std::string &where) {
-  std::fprintf(stderr, "shellwarp: %s was stopped %s; its files are as they were\n", scene.name.c_str(), where.c_str());
+int tell_stopped(const Scene &scene, const std::string &where, bool shown = false) {
+  std::fprintf(stderr, "shellwarp: %s was stopped %s; %s\n", scene.name.c_str(), where.c_str(), shown ? "what is written ends there" : "its files are as they were");
   return kInterrupted;
 }
 
-int report(const Summary &summary, const RunOptions &options) {
+int report(const Summary &summary, const RunOptions &options, bool shown) {
   if (!options.quiet) print_summary(summary);
   if (summary.run.interrupted)
-    return tell_stopped(summary.scene, "after frame " + std::to_string(summary.run.frames.back().frame));
+    return tell_stopped(summary.scene, "after frame " + std::to_string(summary.run.frames.back().frame), shown);
   if (options.frames && (summary.scene.expect.max_displacement || summary.scene.expect.final_displacement))
     std::fprintf(stderr, "shellwarp: displacements are not judged, because --frames changes the length of the run\n");
   return tell_violations(violations(summary, !options.frames));
@@ -66,17 +67,23 @@ int run_comparison(const Scene &scene, const Mesh &mesh, const RunOptions &optio
   return tell_violations(violations(scene, run));
 }
 
-// Whether errors are estimated: not of the full shell, nor where nobody would read them.
-bool is_judged(const Scene &scene, const RunOptions &options) {
-  const bool read = !options.quiet || !options.html.empty() || options.view;
+constexpr uint32_t kMostJudged = 5000;  // vertices of which the error of a frame takes a fraction of a second
+
+// Whether errors are estimated: not of the full shell, nor where nobody would read them. The automatic choice goes by them.
+bool is_judged(const Scene &scene, const RunOptions &options, uint32_t n_vertices) {
+  const bool read = !options.quiet || !options.html.empty() || options.view || (host::needs_choice(scene.method) && n_vertices <= kMostJudged);
   return read && !options.no_certify && !host::is_full_shell(scene.method);
 }
 
 // Of so many frames beside the most displaced, the last one among them. Of large meshes each takes seconds.
 std::size_t n_judged(const Scene &scene, const RunOptions &options, uint32_t n_vertices) {
-  constexpr uint32_t kMost = 5000;  // a fraction of a second each
-  return !is_judged(scene, options) ? 0 : n_vertices > kMost ? 1 : 8;
+  return !is_judged(scene, options, n_vertices) ? 0 : n_vertices > kMostJudged ? 1 : 8;
 }
+
+// Whether a twin by steps twice as long is to tell what the steps cost.
+bool has_twin(const RunOptions &options) { return (!options.quiet || !options.html.empty() || options.view) && !options.no_certify; }
+
+uint32_t method_of(const Scene &scene, const SwModelInfo &info) { return host::needs_choice(scene.method) ? info.auto_method : scene.method; }
 
 ErrorEstimate estimate_at(const FrameRecord &frame, const SwCertificate &found) {
   return {frame.report.time, found.error, frame.report.max_displacement};
@@ -101,7 +108,7 @@ void estimate_errors(bool quiet, Run &run) {
 // The errors of the last frame and of some before, estimated. The run is whole without: where there is no estimate, the table says why.
 void certify(const Scene &scene, const RunOptions &options, shellwarp::State &state, uint32_t n_vertices, Run &run) {
   constexpr uint32_t kMost = 50000;  // some tens of seconds
-  if (!is_judged(scene, options) || run.interrupted) return;
+  if (!is_judged(scene, options, n_vertices) || run.interrupted) return;
   if (!options.certify && n_vertices > kMost) {
     run.uncertified = format("of %u vertices it would take long; --certify estimates it", n_vertices);
     return;
@@ -135,6 +142,11 @@ std::string label_of(const Scene &scene, const SwModelInfo &info) {
   return host::needs_choice(scene.method) ? label + ": " + sw_method_label(info.auto_method) : label;
 }
 
+// What a run keeps that is read later, of the model's method.
+Keep keep_of(const Scene &scene, const RunOptions &options, const Mesh &mesh, const shellwarp::Model &model, bool states) {
+  return {states, n_judged(scene, options, mesh.n_vertices()), has_twin(options), method_of(scene, model.info())};
+}
+
 // The same scene by another method, onto the page. A model that was made for another one does, where it offers the method and was not chosen
 // by a budget, which may have taken other modes.
 void add_method(const Scene &scene, const Mesh &mesh, const std::vector<PlacedHandle> &handles, uint32_t n_frames,
@@ -146,7 +158,7 @@ void add_method(const Scene &scene, const Mesh &mesh, const std::vector<PlacedHa
   Film film(mesh, n_frames, options.compare.size() + 1);
   Run run;
   try {
-    run = simulate(scene, n_frames, mesh, handles, state, nullptr, &film, options.quiet, {false, n_judged(scene, options, mesh.n_vertices())});
+    run = simulate(scene, n_frames, mesh, handles, state, nullptr, &film, options.quiet, keep_of(scene, options, mesh, model, false));
   } catch (const std::runtime_error &error) {  // the others go on, and the page says why this one is not there
     const std::string sentence = std::string("note: ") + sw_method_label(scene.method) + " is left out: " + error.what();
     std::fprintf(stderr, "%s\n", sentence.c_str());
@@ -154,7 +166,7 @@ void add_method(const Scene &scene, const Mesh &mesh, const std::vector<PlacedHa
   }
   if (run.interrupted) return;
   certify(scene, options, state, mesh.n_vertices(), run);
-  std::vector<std::string> words = closing_words({scene, model.info(), model.frequencies(), run, {}, {}, {}, true});
+  std::vector<std::string> words = closing_words({scene, model.info(), model.frequencies(), run, {}, {}, {}, mesh.proxy.get(), true});
   for (std::string &sentence : words) {
     sentence = std::string(sw_method_label(scene.method)) + ": " + sentence;
     if (!options.quiet) std::printf("%s\n", sentence.c_str());
@@ -193,31 +205,70 @@ void bind_render_mesh(const Scene &scene, const shellwarp::Model &model, bool qu
                 scene.render_path.c_str(), info.n_points, info.furthest_point, info.furthest_distance);
 }
 
-// Why the automatic choice is not a reduced shell; empty where it is one, or went by a budget. Limp cloth that no training found at rest has the full shell in place of
-// the warp, which gets all of it wrong, where its steps take a fraction of a second.
-std::string settle_choice(const shellwarp::Model &model, const Mesh &mesh, Scene &scene) {
-  constexpr uint32_t kMost = 5000, kQuick = 1000;
-  if (!host::needs_choice(scene.method) || !model.front().empty() || sw_model_offers(model.get(), SW_METHOD_REDUCED_SHELL) == SW_OK) return "";
-  const std::string why = sw_last_error_message();
-  if (why.find("too few to judge") == std::string::npos || mesh.n_vertices() > kMost || any_moves(scene) || scene.reduced.poses)
-    return std::string("auto is the ") + host::method_name(model.info().auto_method) + ": " + why;
-  scene.method = SW_METHOD_SHELL_IMPLICIT;
-  if (!scene.integrator) scene.integrator = SW_INTEGRATOR_SECOND_ORDER;
-  const bool large = mesh.n_vertices() > kQuick && !mesh.proxy;
-  return "auto is the full shell, whose steps take long: " + why + ". It is limp: a stiffer sheet is fast, and --method warp is, but far off" +
-         (large ? "; --proxy " + std::to_string(mesh.n_vertices() / 200 * 100) + " (proxy) simulates fewer vertices, the file's follow, and how far off they are is told" : "");
+void say(const std::string &sentence, bool quiet) {
+  if (quiet || sentence.empty()) return;
+  std::printf("%s\n", sentence.c_str());
+  std::fflush(stdout);
+}
+
+void say_what_stands_in(const Scene &scene, const Mesh &mesh, bool quiet) {
+  if (mesh.proxy)
+    say(scene.mesh_path + ": proxy: " + describe_proxy(mesh.proxy->info), quiet);
+  else if (scene.weld)
+    say(format("%s: %zu vertices of the file are welded to %u", scene.mesh_path.c_str(), mesh.of_file.size(), mesh.n_vertices()), quiet);
+}
+
+// The mesh that is simulated. What auto becomes of limp cloth is settled here, before the long work, with a sentence; a proxy that cannot be made is done without.
+Mesh settled_mesh(Scene &scene, uint32_t n_frames, bool on_page, bool quiet, std::vector<std::string> &told) {
+  Mesh mesh = scene_mesh(scene);
+  if (!quiet && scene.length_unit == "m") print_doubt_of_unit(scene.mesh_path, mesh);
+  const Scene as_given = scene;
+  std::string note = settle_early(mesh, n_frames, on_page, scene);
+  if (scene.proxy.vertices != as_given.proxy.vertices) try {
+      mesh = scene_mesh(scene);
+    } catch (const std::runtime_error &) {
+      scene = as_given;
+      note = settle_early(mesh, n_frames, false, scene);
+    }
+  say(note, quiet);
+  if (!note.empty()) told.push_back(note);
+  return mesh;
+}
+
+// A run from the start to its end or where it was stopped, and how far off it is.
+struct Attempt {
+  shellwarp::State state;
+  Film film;
+  Run run;
+};
+
+Attempt attempt(const Scene &scene, const RunOptions &options, uint32_t n_frames, const Mesh &mesh, const std::vector<PlacedHandle> &handles, const shellwarp::Model &model,
+                PointCache *cache, bool on_page, const Keep &keep, const RenderMesh *render) {
+  Attempt made{make_state(scene, mesh, model), Film(mesh, on_page ? n_frames : 0, options.compare.size() + 1), {}};
+  made.run = simulate(scene, n_frames, mesh, handles, made.state, cache, on_page ? &made.film : nullptr, options.quiet, keep, render);
+  certify(scene, options, made.state, mesh.n_vertices(), made.run);
+  return made;
+}
+
+void write_all(OutputFolder &folder, const Scene &scene, const Mesh &mesh, const std::vector<PlacedHandle> &handles, const shellwarp::Model &model, const RenderMesh *render,
+               PointCache *cache, Attempt &made) {
+  if (cache) cache->close();
+  write_frame_files(folder, scene, mesh, handles, made.run, made.state);
+  write_shell_motion(folder, scene, mesh, model, made.run, made.state);
+  if (render) {
+    render->write(folder, scene, chosen_frames(scene, made.run.frames), made.run, made.state);
+    go_to(made.run, made.run.frames.back(), scene, made.state);
+  }
+  folder.put_in_place();
 }
 
 int run_scene(Scene scene, const RunOptions &options, OutputFolder *folder, Page *page) {
   const uint32_t n_frames = scene.is_static ? 1 : options.frames ? *options.frames : frame_count(scene);
-  const Mesh mesh = scene_mesh(scene);
-  if (!options.quiet && scene.length_unit == "m") print_doubt_of_unit(scene.mesh_path, mesh);
+  std::vector<std::string> told;
+  const Mesh mesh = settled_mesh(scene, n_frames, page && !folder, options.quiet, told);
   if (!scene.motion_path.empty())
     scene.points = std::make_shared<const MovingPoints>(scene.motion_path, mesh.vertices_of_file(), scene.scale);
-  if (mesh.proxy && !options.quiet)
-    std::printf("%s: proxy: %s\n", scene.mesh_path.c_str(), describe_proxy(mesh.proxy->info).c_str());
-  else if (scene.weld && !options.quiet)
-    std::printf("%s: %zu vertices of the file are welded to %u\n", scene.mesh_path.c_str(), mesh.of_file.size(), mesh.n_vertices());
+  say_what_stands_in(scene, mesh, options.quiet);
   {
     ProgressBar progress(options.quiet);
     scene.material = find_material(scene, mesh, progress);
@@ -225,43 +276,38 @@ int run_scene(Scene scene, const RunOptions &options, OutputFolder *folder, Page
   if (scene.comparison) return run_comparison(scene, mesh, options, folder);
   if (!options.yes) refuse_surprises(scene, n_frames, mesh, folder);
   const std::vector<PlacedHandle> handles = place_handles(scene.handles, mesh);
-  if (!options.quiet)
-    for (const std::string &line : found_vertices(handles)) std::printf("%s\n", line.c_str());
+  for (const std::string &line : found_vertices(handles)) say(line, options.quiet);
   std::optional<RenderMesh> render;
   if (!scene.render_path.empty()) render.emplace(scene);
   std::optional<PointCache> cache;  // opened first: a folder that cannot be written is told before the long work
   if (folder && writes(scene, "pc2")) cache.emplace(*folder, scene.name + ".pc2", mesh.n_vertices());
   Warnings warnings;
   const shellwarp::Model model = precompute(scene, mesh, options.quiet);
-  if (mesh.proxy && !mesh.proxy->calibrated.empty() && !options.quiet)
-    std::printf("%s: proxy: %s\n", scene.mesh_path.c_str(), mesh.proxy->calibrated.c_str());
-  std::vector<std::string> warned = warnings.taken();
-  if (const std::string note = settle_choice(model, mesh, scene); !note.empty()) {
-    warned.push_back(note);
-    if (host::is_full_shell(scene.method) && !options.quiet) std::printf("%s\n", note.c_str()), std::fflush(stdout);
+  if (mesh.proxy && !mesh.proxy->calibrated.empty()) say(scene.mesh_path + ": proxy: " + mesh.proxy->calibrated, options.quiet);
+  const std::vector<std::string> warned = warnings.taken();
+  told.insert(told.begin(), warned.begin(), warned.end());
+  if (const std::string note = settle_choice(model, mesh, n_frames, scene); !note.empty()) {
+    told.push_back(note);
+    if (host::is_full_shell(scene.method)) say(note, options.quiet);
   }
   if (render) bind_render_mesh(scene, model, options.quiet, *render);
-  shellwarp::State state = make_state(scene, mesh, model);
-  Film film(mesh, page ? n_frames : 0, options.compare.size() + 1);
-  Run run = simulate(scene, n_frames, mesh, handles, state, cache ? &*cache : nullptr, page ? &film : nullptr,
-                     options.quiet, {folder != nullptr, n_judged(scene, options, mesh.n_vertices())}, render ? &*render : nullptr);
-  certify(scene, options, state, mesh.n_vertices(), run);
-  if (options.plan) std::fputs(state.plan_text(scene.step()).c_str(), stdout);
-  if (folder && !run.interrupted) {
-    if (cache) cache->close();
-    write_frame_files(*folder, scene, mesh, handles, run, state);
-    write_shell_motion(*folder, scene, mesh, model, run, state);
-    if (render) {
-      render->write(*folder, scene, chosen_frames(scene, run.frames), run, state);
-      go_to(run, run.frames.back(), scene, state);
-    }
-    run.interrupted = interrupted();
-    if (!run.interrupted) folder->put_in_place();
+  const auto run_it = [&] {
+    return attempt(scene, options, n_frames, mesh, handles, model, cache ? &*cache : nullptr, page, keep_of(scene, options, mesh, model, folder != nullptr), render ? &*render : nullptr);
+  };
+  std::optional<Attempt> made(run_it());
+  if (const std::string note = settle_late(model, mesh, n_frames, made->run, scene); !note.empty()) {
+    say(note, options.quiet);
+    told.push_back(note);
+    if (cache) cache->restart();
+    made.emplace(run_it());
   }
-  const Summary summary{scene, model.info(), model.frequencies(), run, model.front(), find_creases(scene.material, mesh), warned};
-  const int status = report(summary, options);
-  if (page && !run.interrupted)
-    add_to_page(scene, mesh, handles, n_frames, run, film, closing_words(summary), model, options, *page);
+  const Run &run = made->run;
+  if (options.plan) std::fputs(made->state.plan_text(scene.step()).c_str(), stdout);
+  const bool shown = !run.interrupted || (stopped_by_user() && run.frames.size() > 1);
+  if (folder && shown) write_all(*folder, scene, mesh, handles, model, render ? &*render : nullptr, cache ? &*cache : nullptr, *made);
+  const Summary summary{scene, model.info(), model.frequencies(), run, model.front(), find_creases(scene.material, mesh), told, mesh.proxy.get()};
+  const int status = report(summary, options, shown);
+  if (page && shown) add_to_page(scene, mesh, handles, n_frames, run, made->film, closing_words(summary), model, options, *page);
   return interrupted() ? kInterrupted : status;
 }
 
@@ -336,7 +382,10 @@ int run_shells(const SceneFile &file, const RunOptions &options) {
   for (Scene scene : file.shells) {
     scene.colliders = colliders;
     const int status = run_scene(scene, options, folder.get(), page ? &*page : nullptr);
-    if (status == kInterrupted) return status;
+    if (status == kInterrupted) {
+      if (page && !page->empty() && stopped_by_user()) finish_page(*page, file, options, path);
+      return status;
+    }
     worst = std::max(worst, status);
   }
   if (folder && !file.skeleton.empty()) {

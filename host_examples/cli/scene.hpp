@@ -167,6 +167,7 @@ struct Scene {
   std::optional<uint32_t> support_fields;  // SwPrecomputeDesc; else kSupportFields where supports move
   bool double_precision = false;
   uint32_t method = host::kDefaultMethod;
+  bool by_auto = false;  // the method is what "auto" became
   Reduced reduced;
   double auto_error = 0, auto_operations = 0;  // of the method "auto": SwPrecomputeDesc; 0 and 0 = without trials
   bool sagged = false;     // linearised where it hangs at rest under gravity; starts there

@@ -5,6 +5,7 @@
 #include "judge.hpp"
 #include "method.hpp"
 #include "progress.hpp"
+#include "step_twin.hpp"
 #include "watch.hpp"
 
 #include <algorithm>
@@ -48,9 +49,9 @@ void note_handles(const shellwarp::State &state, HandleFigures &figures) {
 bool has_gusts(const Scene &scene) { return scene.loads.wind && scene.loads.wind->gust > 0; }
 
 // A step that finds no end says when, and what helps.
-void step(const Scene &scene, double end_time, shellwarp::State &state) {
+void step(const Scene &scene, double end_time, SupportMotion &supports, std::vector<PlacedHandle> &handles, shellwarp::State &state) {
   try {
-    state.step(scene.step());
+    take_step(scene, end_time, scene.step(), supports, handles, state);
   } catch (const shellwarp::Error &error) {
     if (error.status() != SW_ERROR_NUMERICAL) throw;
     throw std::runtime_error(format("at %.3g s: %s; try --step %.2g (steps_per_frame)", end_time, error.what(), scene.step() / 4));
@@ -65,11 +66,7 @@ void step_to_next_frame(const Scene &scene, SupportMotion &supports, std::vector
     const double end_time = static_cast<double>(run.steps + 1) * scene.step();
     {
       Stopwatch stopwatch(run.step_seconds);
-      supports.move(end_time, state);
-      move_handles(handles, end_time, state);
-      move_colliders(scene.colliders, end_time, scene.frame_rate, state);
-      if (has_gusts(scene)) blow(*scene.loads.wind, end_time, state);
-      step(scene, end_time, state);
+      step(scene, end_time, supports, handles, state);
     }
     ++run.steps;
     if (!handles.empty()) note_handles(state, run.handles);
@@ -194,19 +191,24 @@ Run simulate(const Scene &scene, uint32_t n_frames, const Mesh &mesh, std::vecto
   record(scene, 0, state, positions, run, cache, film, keep.states, render);
   audit.note(0, state, run.frames.back().report);
   run.position_seconds = 0;  // the start is not a frame that was stepped to
+  std::optional<StepTwin> twin;
+  if (keep.step_error && StepTwin::applies(scene, n_frames)) twin.emplace(scene, mesh, handles, state, keep.method);
   Watch watch(scene.is_static ? "finding the equilibrium" : "stepping", quiet, scene.is_static ? 0 : n_frames);
   for (uint32_t frame = 1; frame <= n_frames; ++frame) {
+    if (twin) twin->before(frame);
     if (scene.is_static)
       move_to_equilibrium(scene, supports, handles, state, run);
     else
       step_to_next_frame(scene, supports, handles, state, run);
     if ((run.interrupted = interrupted())) break;  // perhaps in the middle of a frame
     record(scene, frame, state, positions, run, cache, film, keep.states, render);
+    if (twin) twin->after(frame, state);
     judged.note(frame, run.frames.back().report.max_displacement, state);
     audit.note(frame, state, run.frames.back().report);
     watch.at(frame);
   }
   run.judged = judged.taken();
+  if (twin) run.step_estimate = twin->estimate();
   if (audit.applies()) run.largest_gain = audit.largest_gain();
   run.frame_of_gain = audit.frame_of_gain();
   return run;

@@ -7,6 +7,7 @@
 #include "point_cache.hpp"
 #include "scene.hpp"
 #include "shellwarp.hpp"
+#include "step_twin.hpp"
 #include "support_motion.hpp"
 
 #include <cstdint>
@@ -53,6 +54,7 @@ struct Run {
   std::optional<SwCertificate> certificate;  // of the last frame
   std::string uncertified;                   // why there is none, if there should be one
   std::vector<ErrorEstimate> estimates;      // of a few frames, the last one's behind
+  std::optional<StepEstimate> step_estimate;  // what the length of the steps costs the whole motion, where a twin ran
   double step_seconds = 0, position_seconds = 0;
   HandleFigures handles;
   std::optional<SwEquilibriumReport> equilibrium;  // of a static scene
@@ -83,6 +85,8 @@ constexpr uint32_t kMostFrames = 2147483646;
 struct Keep {
   bool states = false;     // of all frames, for whoever writes other files; with a cache they are always
   std::size_t judged = 0;  // so many frames evenly spaced, the last one too, and the most displaced; 0 = none
+  bool step_error = false;  // a twin by steps twice as long runs beside; see step_twin.hpp
+  uint32_t method = 0;      // that the state moves by
 };
 
 // Writes one sample a frame into `cache` and offers it to `film`, unless they are null. Tells of long runs unless quiet.

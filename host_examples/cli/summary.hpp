@@ -23,6 +23,7 @@ struct Summary {
   std::vector<SwFrontPoint> front;  // of a method that was chosen for the scene
   CreaseLists creases{};
   std::vector<std::string> warnings{};  // of the library, while it made the model
+  const ProxySource *proxy = nullptr;  // what is simulated in the file's place
   bool compared = false;  // beside another method, whose reader needs no other one
 };
 

@@ -1,5 +1,6 @@
 // The parts of the command line host that stand alone: mesh readers, above all on files that are broken, writers, scenes.
 // Writes its files into the directory given as the first argument.
+#include "choice.hpp"
 #include "comparison.hpp"
 #include "fibres.hpp"
 #include "material.hpp"
@@ -16,6 +17,7 @@
 #include "scene.hpp"
 #include "shell.hpp"
 #include "simulation.hpp"
+#include "step_twin.hpp"
 #include "creases.hpp"
 #include "material_maps.hpp"
 #include "advice.hpp"
@@ -968,6 +970,54 @@ void loads_and_comparisons_are_read() {
   CHECK(c.expect.errors[0].reference.size() == 4 && c.expect.errors[0].range->second == 1);
 }
 
+// Richardson's extrapolation where the motion converges: of a second-order error e by h it is 4 e by 2 h, 3 e apart. Nothing is known beyond, and the difference itself is told.
+void what_doubling_the_steps_changes_tells_their_error() {
+  CHECK(std::fabs(cli::step_error_of(3e-4, 2) - 1e-4) < 1e-6 && cli::step_error_of(0.3, 2) == 0.3 && cli::step_error_of(0.9, 2) == 0.9);
+  CHECK(cli::step_error_of(0.01, 1) == 0.01 && cli::step_error_of(0, 2) == 0);
+  cli::Scene scene;
+  scene.integrator = SW_INTEGRATOR_SECOND_ORDER;
+  CHECK(cli::order_of_steps(scene, SW_METHOD_SHELL_IMPLICIT) == 2 && cli::order_of_steps(scene, SW_METHOD_WARP) == 1 && cli::order_of_steps(scene, SW_METHOD_POLYNOMIAL_SHELL) == 2);
+  scene.colliders.emplace_back();
+  CHECK(cli::order_of_steps(scene, SW_METHOD_SHELL_IMPLICIT) == 1);
+  CHECK(cli::StepTwin::applies(scene, 2) && !cli::StepTwin::applies(scene, 1));
+  scene.is_static = true;
+  CHECK(!cli::StepTwin::applies(scene, 2));
+}
+
+// A metre of cotton of 120 g/m2 bends by itself at (6.1e-6 / 1.17)^(1/3) m = 17 mm; a wind of 3 m/s, 5.4 Pa, bends it at 10.
+void what_is_limp_takes_the_full_shell() {
+  cli::Mesh mesh;
+  for (const auto &x : {std::array<double, 3>{0, 0, 0}, {0.8, 0, 0}, {0, 0.6, 0}}) mesh.add_vertex(x);
+  cli::Scene scene;
+  scene.gravity = {0, -9.8, 0};
+  cli::set_preset("cotton", 1, scene.material);
+  scene.material.sheet = true;
+  CHECK(std::fabs(cli::limpness(scene, mesh) - 57.5) < 1);
+  scene.loads.wind.emplace();
+  scene.loads.wind->velocity = {0, 0, 3};
+  scene.loads.wind->density = 1.2;
+  CHECK(std::fabs(cli::limpness(scene, mesh) - 96.1) < 2);
+  const cli::Scene limp = scene;
+  CHECK(cli::settle_early(mesh, 150, true, scene).find("auto is the full shell") == 0);
+  CHECK(scene.method == SW_METHOD_SHELL_IMPLICIT && scene.by_auto && scene.integrator == SW_INTEGRATOR_SECOND_ORDER && scene.proxy.vertices == 0);
+  scene = limp;
+  scene.auto_error = 0.1;  // a budget is the user's word
+  CHECK(cli::settle_early(mesh, 150, true, scene).empty() && scene.method == SW_METHOD_AUTO);
+  scene = limp;
+  scene.material.thickness *= 10;
+  CHECK(cli::settle_early(mesh, 150, true, scene).empty() && scene.method == SW_METHOD_AUTO);
+  cli::Mesh large = mesh;
+  while (large.n_vertices() < 4000) large.add_vertex({0, 0, 0});
+  scene = limp;  // files are of the mesh itself
+  CHECK(cli::settle_early(large, 150, false, scene).find("--proxy 2000 (proxy) about ") != std::string::npos && scene.proxy.vertices == 0);
+  scene = limp;
+  CHECK(cli::settle_early(large, 150, true, scene).find("it takes a proxy of about ") != std::string::npos);
+  CHECK(scene.proxy.vertices >= 800 && scene.proxy.vertices <= 1400);
+  scene = limp;
+  scene.method = SW_METHOD_SHELL_IMPLICIT;
+  CHECK(cli::settle_early(large, 150, true, scene).find("the full shell takes long on 4000 vertices") == 0 && scene.proxy.vertices == 0);
+}
+
 // In words, whatever turns tell: how far off, how surely, and what to do about it.
 void the_verdict_says_how_far_off_the_run_is() {
   cli::Run run;
@@ -1912,6 +1962,8 @@ int main(int argc, char **argv) {
   RUN(methods_have_the_names_of_the_library);
   RUN(a_comparison_takes_the_methods_of_the_library);
   RUN(a_method_moves_as_its_needs_tell);
+  RUN(what_doubling_the_steps_changes_tells_their_error);
+  RUN(what_is_limp_takes_the_full_shell);
   RUN(the_verdict_says_how_far_off_the_run_is);
   RUN(the_closing_words_say_what_moved_and_what_to_change);
   RUN(a_misspelt_word_finds_the_one_that_was_meant);
