@@ -173,6 +173,7 @@ void add_contact(const Summary &summary, std::vector<std::string> &words) {
   words.push_back(format("touched: %llu contact%s at most, deepest penetration ", static_cast<unsigned long long>(most), most == 1 ? "" : "s") +
                   in_unit(deepest, summary.scene) + format(" (%.2g %% of its size)", 100 * share) +
                   (summary.scene.push_out ? "; shown pushed out, " + in_unit(summary.run.deepest_left, summary.scene) + " left" : ""));
+  if (summary.run.begins_inside) return words.push_back("note: the shell began inside a collider, which throws it out: move them apart");
   if (share > kUnseen)
     words.push_back(std::string("note: the shell went into a collider by more than 0.1 % of its size: ") +
                     (host::is_full_shell(summary.scene.method) ? "shorter steps help" : "more modes help") +
@@ -196,6 +197,13 @@ void add_full_shell(const Summary &summary, std::vector<std::string> &words) {
   if (host::is_full_shell(summary.scene.method) && share > 0)
     words.push_back(format("this is the full nonlinear shell, by which others are judged; each step is off by up to %.2g %% of the motion, which may add up: half the step tells (--step %.2g, steps_per_frame = %u)",
                            100 * share, summary.scene.step() / 2, 2 * summary.scene.steps_per_frame));
+}
+
+// What folds over may have gone through itself.
+void add_folds(const Summary &summary, std::vector<std::string> &words) {
+  constexpr double kFolded = 2.1;  // rad, 120 degrees
+  if (host::is_full_shell(method_taken(summary)) && !summary.info.zero_modes && most_turned(summary.run) > kFolded)
+    words.push_back("note: it folds over, and passes through itself where it meets itself: shells touch colliders alone");
 }
 
 // What makes steps of this method more accurate at the same length.
@@ -280,6 +288,7 @@ std::string error_words(const Run &run, const ErrorEstimate &worst, double share
 // What is known of the error of all that is seen, and of what nobody knows it.
 struct ErrorParts {
   double sum = 0;
+  double of_steps = 0;  // which more of them mend
   bool rough = false;
   std::vector<std::string> known, unknown;
 
@@ -305,6 +314,7 @@ std::string total_error(const Summary &summary) {
   ErrorParts parts;
   add_method_error(summary, parts);
   if (const std::optional<StepEstimate> &step = summary.run.step_estimate) {
+    parts.of_steps = step->error;
     if (step->failed.empty()) parts.add(step->error, "time step (against steps twice as long" + (step->until > 0 ? format(", up to %.3g s)", step->until) : std::string(")")));
     else parts.unknown.push_back("the time step");
   }
@@ -320,7 +330,7 @@ std::string total_error(const Summary &summary) {
   if (parts.known.empty()) return "";
   text += "; its error " + about(parts.sum) + " of the motion" + (parts.rough ? ", roughly" : "");
   for (std::size_t k = 0; k < parts.known.size(); ++k) text += (k ? ", " : ": ") + parts.known[k];
-  if (parts.sum > kMisleading) text += "; do not trust the picture";
+  if (parts.sum - parts.of_steps > kMisleading) text += "; do not trust the picture";
   for (std::size_t k = 0; k < parts.unknown.size(); ++k) text += (k ? ", " : "; not counted, as not known: ") + parts.unknown[k];
   return text;
 }
@@ -335,6 +345,7 @@ std::vector<std::string> closing_words(const Summary &summary) {
   if (const std::string total = moved ? total_error(summary) : ""; !total.empty()) words.push_back(total);
   if (const std::string error = !moved ? "" : verdict(summary.run, host::needs_choice(summary.scene.method), summary.compared); !error.empty()) words.push_back(error);
   add_full_shell(summary, words);
+  add_folds(summary, words);
   add_size_of_motion(summary, words);
   add_turns(summary, words);
   add_step_error(summary, words);

@@ -32,6 +32,30 @@ double Film::largest() const {
   return largest;
 }
 
+std::vector<double> Film::positions(std::size_t k) const {
+  std::vector<double> at = rest_;
+  for (std::size_t i = 0; i < at.size(); ++i) at[i] += moved_.at(k * at.size() + i);
+  return at;
+}
+
+Film::Difference Film::from(const Film &other) const {
+  const std::size_t n = rest_.size(), frames = std::min(frames_.size(), other.frames_.size());
+  double most = 0;
+  std::vector<double> off(frames);
+  for (std::size_t f = 0; f < frames; ++f) {
+    double moved = 0;
+    for (std::size_t i = f * n; i < (f + 1) * n; ++i) {
+      const double a = moved_[i], b = other.moved_[i];
+      moved += b * b;
+      off[f] += (a - b) * (a - b);
+    }
+    most = std::max(most, moved);
+  }
+  if (!(most > 0)) return {};
+  const auto worst = std::max_element(off.begin(), off.end());
+  return {std::sqrt(*worst / most), times_[static_cast<std::size_t>(worst - off.begin())], std::sqrt(off.back() / most)};
+}
+
 std::vector<int16_t> Film::steps() const {
   const double most = largest(), scale = most > 0 ? kLargestStep / most : 0;
   std::vector<int16_t> steps(moved_.size());

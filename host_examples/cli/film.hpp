@@ -24,6 +24,15 @@ public:
   double largest() const;
   std::vector<int16_t> steps() const;
 
+  // Where the vertices were in the k-th of the frames that are kept.
+  std::vector<double> positions(std::size_t k) const;
+
+  // How far this one is off another of the same frames, root mean squares over the vertices as shares of the other's largest displacement.
+  struct Difference {
+    double worst = 0, seconds = 0, at_end = 0;
+  };
+  Difference from(const Film &other) const;
+
 private:
   const std::vector<double> &rest_;
   uint32_t last_, every_;

@@ -10,9 +10,11 @@
 #include "new_scene.hpp"
 #include "progress.hpp"
 #include "proxy.hpp"
+#include "rim.hpp"
 #include "run.hpp"
 #include "selection.hpp"
 #include "scene.hpp"
+#include "shell.hpp"
 
 #include <algorithm>
 #include <cerrno>
@@ -142,6 +144,7 @@ void add_run_options(CLI::App &app, Scene &overrides, RunOptions &options) {
                "Leave out the estimate of the last frame's error against the nonlinear shell")
       ->excludes(certify);
   app.add_option("--html", options.html, "Page to write, with a player of the motion: one file that any browser opens");
+  app.add_option("--png", options.png, "Still picture to write: at rest, where it moved furthest, and at the end");
   app.add_flag("--view", options.view, "Write the page (beside --out, or among temporary files) and open it");
   app.add_option("--compare", options.compare, "Further methods on the page, with commas between")
       ->delimiter(',')
@@ -192,7 +195,7 @@ void add_supports(const SupportOptions &options, bool clamped, Scene &scene) {
 
 struct SimulateOptions {
   Scene scene;
-  std::vector<std::string> pins, handles, colliders;
+  std::vector<std::string> pins, handles, colliders, growths;
   std::optional<std::array<double, 3>> gravity, wind;
   double gust = 0;
   std::string up, preset;
@@ -246,7 +249,7 @@ void add_simulate_options(CLI::App &app, SimulateOptions &o) {
   add_support_options(app, "fix", "Hold", o.fixed);
   add_support_options(app, "clamp", "Hold, and the slope there,", o.clamped);
   app.add_option("--pin", o.pins, "Clamp, place and slope, a side (low-x … high-z), vertices (0,4,10-20), box:X0,Y0,Z0,X1,Y1,Z1, "
-                                  "nearest:X,Y,Z, a file of vertices, or a group of the OBJ file; several times for several")
+                                  "nearest:X,Y,Z, rim:SIDE for the whole open edge there, a file of vertices, or a group of the OBJ file; several times for several")
       ->type_name("WHAT");
   app.add_option("--scale", o.scene.scale, "Factor on the mesh's coordinates: 0.01 makes metres of centimetres (1)")->check(positive());
   app.add_option("--up", o.up, "Axis that points upward; gravity is then 9.8 m/s^2 downward unless --gravity says otherwise")
@@ -258,6 +261,8 @@ void add_simulate_options(CLI::App &app, SimulateOptions &o) {
   app.add_option("--gust", o.gust, "Gusts: the wind's velocity swells and falls by this part of it, 0.5 by half")
       ->check(not_negative())
       ->needs(wind);
+  app.add_option("--growth", o.growths, "Lengths without stress grow by this factor at what --pin could name, and fade to 1 over the six rings of edges around: 1.3@rim:high-x ruffles an edge")
+      ->type_name("FACTOR@WHAT");
   app.add_option("--handle", o.handles, "Lead a vertex: V:DX,DY,DZ@SECONDS with further offsets behind ':' and free@SECONDS to let go; V is "
                                         "a vertex, nearest:X,Y,Z, or a side or a group, of which it is the vertex in the middle, and a file of lines 'time x y z' may stand for the offsets")
       ->type_name("V:PATH");
@@ -298,7 +303,7 @@ void add_simulate_options(CLI::App &app, SimulateOptions &o) {
   app.add_option("--damping-ratio", o.scene.damping.ratio, "Of critical, the same for every mode (0)")->check(number());
   app.add_option("--obj-frames", o.scene.obj_frames, "How many frames of largest displacement become OBJ files (3)");
   app.add_option("--usd-prim", o.scene.usd_prim, "The prim of a USD asset that the file is to lie over, as /World/leaf")->type_name("PATH");
-  app.add_option("--metres-per-unit", o.scene.metres_per_unit, "Of lengths behind --scale (1): for --material, gravity by --up, air, the warning on units, USD and glTF")->check(positive());
+  app.add_option("--metres-per-unit", o.scene.metres_per_unit, "Of all lengths (1), in place of --scale: for --material, gravity by --up, air, the warning on units, USD and glTF")->check(positive());
   add_run_options(app, o.scene, o.run);
 }
 
@@ -324,13 +329,29 @@ std::string unit_name(double metres) {
   return "";
 }
 
+void add_growth(const std::string &word, Scene &scene) {
+  const std::size_t at = word.find('@');
+  char *end = nullptr;
+  const double factor = std::strtod(word.c_str(), &end);
+  if (at == std::string::npos || end != word.c_str() + at || !(factor > 0) || !std::isfinite(factor))
+    throw std::runtime_error("--growth " + word + ": write FACTOR@WHAT, such as 1.3@high-x");
+  const Support where = read_pin(word.substr(at + 1), scene.inputs);
+  Mesh mesh = read_mesh(scene.mesh_path);
+  for (double &x : mesh.positions) x *= scene.scale;  // as places of WHAT are
+  scene.material.files.push_back({SW_MAP_GROWTH, "--growth", faded_growth(mesh, find_vertices(where, mesh, "--growth"), factor)});
+}
+
 int simulate_mesh(SimulateOptions &o) {
+  if (o.scene.scale != 1 && o.scene.metres_per_unit != 1)
+    throw std::runtime_error("--scale brings the mesh to metres, and --metres-per-unit says what unit it has, unscaled: give one of the two");
   apply_sheet(o, o.scene.material);
   add_supports(o.fixed, false, o.scene);
   add_supports(o.clamped, true, o.scene);
   for (const std::string &word : o.pins) o.scene.supports.push_back(read_pin(word, o.scene.inputs));
   for (const std::string &word : o.handles) o.scene.handles.push_back(read_path(word, o.scene.inputs));
   for (const std::string &word : o.colliders) o.scene.colliders.push_back(read_collider(word, o.scene.inputs));
+  if (o.growths.size() > 1) throw std::runtime_error("--growth may stand once; a scene has regions for several (growth of [[material.region]])");
+  for (const std::string &word : o.growths) add_growth(word, o.scene);
   if (!o.up.empty()) {
     o.scene.up = static_cast<uint32_t>(o.up[0] - 'x');
     o.scene.gravity[*o.scene.up] = -kGravity / o.scene.metres_per_unit;

@@ -78,6 +78,10 @@ density = 0.2           # kg/m^2: what wind and forces work against; paper 0.08,
 # k_length = 50
 # k_area = 1e4
 
+# [[material.region]]   # where a constant is another: thickness, young …, or growth, by which lengths without stress are longer
+# box = [0.08, -1, -1, 1, 1, 1]
+# growth = 1.1
+
 # [[material.crease]]   # a fold, a vein or a seam; as many as you like
 # box = [0.049, -1, -1, 0.051, 1, 1]  # all edges with both ends inside; or edges = [[3, 4], [4, 5]], or a list
 # factor = 0.2          # of the sheet's stiffness against bending there; above 1 a vein

@@ -73,15 +73,17 @@ void ProgressBar::show(uint32_t phase, double fraction) {
   const bool same = phase == phase_ && percent / step_of(terminal_) == percent_ / step_of(terminal_);
   if (quiet_ || same) return;
   if (!terminal_ && std::chrono::steady_clock::now() - start_ < std::chrono::seconds(2)) return;  // a log hears of long work alone
+  part_ = phase != phase_ ? 1 : percent < percent_ ? part_ + 1 : part_;
   phase_ = phase;
   percent_ = percent;
+  const std::string name = std::string(phase_name(phase)) + (part_ > 1 ? ", part " + std::to_string(part_) : "");
   drawn_ = true;
   if (!terminal_) {
-    std::fprintf(stderr, "precompute: %s, %d %%\n", phase_name(phase), percent);
+    std::fprintf(stderr, "precompute: %s, %d %%\n", name.c_str(), percent);
     return;
   }
   const std::string bar(static_cast<std::size_t>(percent) * 30 / 100, '#');
-  std::fprintf(stderr, "\rprecompute: %-14s [%-30s] %3d %%", phase_name(phase), bar.c_str(), percent);
+  std::fprintf(stderr, "\rprecompute: %-22s [%-30s] %3d %%", name.c_str(), bar.c_str(), percent);
   std::fflush(stderr);
 }
 

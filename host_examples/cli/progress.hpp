@@ -32,7 +32,7 @@ public:
 
 private:
   bool quiet_, terminal_, drawn_ = false;
-  uint32_t phase_ = SW_PHASE_COUNT;
+  uint32_t phase_ = SW_PHASE_COUNT, part_ = 1;  // some phases go through their work several times
   int percent_ = -1;
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };

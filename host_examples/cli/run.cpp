@@ -10,9 +10,11 @@
 #include "method.hpp"
 #include "output_file.hpp"
 #include "page.hpp"
+#include "picture.hpp"
 #include "point_cache.hpp"
 #include "progress.hpp"
 #include "render_files.hpp"
+#include "rim.hpp"
 #include "shell.hpp"
 #include "simulation.hpp"
 #include "skeleton.hpp"
@@ -21,8 +23,10 @@
 #include "watch.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <deque>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -37,6 +41,12 @@ int tell_violations(const std::vector<std::string> &sentences) {
   for (const std::string &sentence : sentences)
     std::fprintf(stderr, "shellwarp: not as expected: %s\n", sentence.c_str());
   return sentences.empty() ? 0 : kFailure;
+}
+
+void say(const std::string &sentence, bool quiet) {
+  if (quiet || sentence.empty()) return;
+  std::printf("%s\n", sentence.c_str());
+  std::fflush(stdout);
 }
 
 int tell_stopped(const Scene &scene, const std::string &where, bool shown = false) {
@@ -149,7 +159,7 @@ Keep keep_of(const Scene &scene, const RunOptions &options, const Mesh &mesh, co
 
 // The same scene by another method, onto the page. A model that was made for another one does, where it offers the method and was not chosen
 // by a budget, which may have taken other modes.
-void add_method(const Scene &scene, const Mesh &mesh, const std::vector<PlacedHandle> &handles, uint32_t n_frames,
+std::optional<Film> add_method(const Scene &scene, const Mesh &mesh, const std::vector<PlacedHandle> &handles, uint32_t n_frames,
                 const shellwarp::Model &made, const RunOptions &options, Page &page) {
   std::optional<shellwarp::Model> own;
   if (!made.front().empty() || sw_model_offers(made.get(), scene.method) != SW_OK) own.emplace(precompute(scene, mesh, options.quiet));
@@ -162,9 +172,10 @@ void add_method(const Scene &scene, const Mesh &mesh, const std::vector<PlacedHa
   } catch (const std::runtime_error &error) {  // the others go on, and the page says why this one is not there
     const std::string sentence = std::string("note: ") + sw_method_label(scene.method) + " is left out: " + error.what();
     std::fprintf(stderr, "%s\n", sentence.c_str());
-    return page.add_words({sentence});
+    page.add_words({sentence});
+    return std::nullopt;
   }
-  if (run.interrupted) return;
+  if (run.interrupted) return std::nullopt;
   certify(scene, options, state, mesh.n_vertices(), run);
   std::vector<std::string> words = closing_words({scene, model.info(), model.frequencies(), run, {}, {}, {}, mesh.proxy.get(), true});
   for (std::string &sentence : words) {
@@ -172,6 +183,27 @@ void add_method(const Scene &scene, const Mesh &mesh, const std::vector<PlacedHa
     if (!options.quiet) std::printf("%s\n", sentence.c_str());
   }
   page.add_film(scene, run, film, words, label_of(scene, model.info()));
+  return film;
+}
+
+struct Compared {
+  std::string name;
+  bool full;
+  const Film *film;
+};
+
+// How far apart the methods are: of the full shell where one of them is, else of the first. Of what adds up over time, too, which no estimate of a moment has.
+void tell_differences(const std::vector<Compared> &all, bool quiet, Page &page) {
+  const auto full = std::find_if(all.begin(), all.end(), [](const Compared &c) { return c.full; });
+  const Compared &reference = full == all.end() ? all.front() : *full;
+  for (const Compared &c : all) {
+    if (&c == &reference) continue;
+    const Film::Difference off = c.film->from(*reference.film);
+    const std::string sentence = "difference: " + c.name + " is " + format("%.2g %% of the largest displacement off %s at most, at %.3g s; %.2g %% at the end", 100 * off.worst,
+                                                                        reference.name.c_str(), off.seconds, 100 * off.at_end);
+    say(sentence, quiet);
+    page.add_words({sentence});
+  }
 }
 
 // The shell with what was said of it, and the methods that it is to be compared with.
@@ -182,6 +214,9 @@ void add_to_page(const Scene &scene, const Mesh &mesh, const std::vector<PlacedH
   page.add_shell(scene, mesh, handles, film);
   page.add_film(scene, run, film, words, label_of(scene, info));
   std::set<uint32_t> shown;
+  std::deque<Film> films;
+  const uint32_t taken = method_of(scene, info);
+  std::vector<Compared> all = {{host::method_name(taken), host::is_full_shell(taken), &film}};
   for (const std::string &name : options.compare) {
     Scene other = scene;
     other.method = *host::find_method(name);
@@ -194,8 +229,12 @@ void add_to_page(const Scene &scene, const Mesh &mesh, const std::vector<PlacedH
     if (is_there || twice || interrupted()) continue;
     if (!options.quiet) std::printf("compared with %s:\n", name.c_str());
     std::fflush(stdout);
-    add_method(other, mesh, handles, n_frames, model, options, page);
+    std::optional<Film> made = add_method(other, mesh, handles, n_frames, model, options, page);
+    if (!made) continue;
+    films.push_back(std::move(*made));
+    all.push_back({name, host::is_full_shell(other.method), &films.back()});
   }
+  tell_differences(all, options.quiet, page);
 }
 
 void bind_render_mesh(const Scene &scene, const shellwarp::Model &model, bool quiet, RenderMesh &render) {
@@ -203,12 +242,6 @@ void bind_render_mesh(const Scene &scene, const shellwarp::Model &model, bool qu
   if (!quiet)
     std::printf("%s: %u vertices follow the shell, of which vertex %u is the furthest from it, %.3g\n",
                 scene.render_path.c_str(), info.n_points, info.furthest_point, info.furthest_distance);
-}
-
-void say(const std::string &sentence, bool quiet) {
-  if (quiet || sentence.empty()) return;
-  std::printf("%s\n", sentence.c_str());
-  std::fflush(stdout);
 }
 
 void say_what_stands_in(const Scene &scene, const Mesh &mesh, bool quiet) {
@@ -232,6 +265,7 @@ Mesh settled_mesh(Scene &scene, uint32_t n_frames, bool on_page, bool quiet, std
     }
   say(note, quiet);
   if (!note.empty()) told.push_back(note);
+  for (const std::string &rim : notes_of_rims(scene, mesh)) say(rim, quiet);
   return mesh;
 }
 
@@ -242,10 +276,28 @@ struct Attempt {
   Run run;
 };
 
+constexpr double kSeen = 1e-3;  // of its size
+
+// How far what moves of the shell is inside a collider before the first step.
+double depth_inside(const Scene &scene, const Mesh &mesh, const shellwarp::State &state) {
+  if (scene.colliders.empty()) return 0;
+  std::vector<double> at(mesh.positions.size()), outside(at.size());
+  state.positions(at.data(), mesh.n_vertices());
+  state.positions_outside(outside.data(), mesh.n_vertices());
+  double deepest = 0;
+  for (std::size_t k = 0; k < at.size(); k += 3)
+    deepest = std::max(deepest, std::hypot(outside[k] - at[k], outside[k + 1] - at[k + 1], outside[k + 2] - at[k + 2]));
+  return deepest;
+}
+
 Attempt attempt(const Scene &scene, const RunOptions &options, uint32_t n_frames, const Mesh &mesh, const std::vector<PlacedHandle> &handles, const shellwarp::Model &model,
                 PointCache *cache, bool on_page, const Keep &keep, const RenderMesh *render) {
   Attempt made{make_state(scene, mesh, model), Film(mesh, on_page ? n_frames : 0, options.compare.size() + 1), {}};
+  const double deep = depth_inside(scene, mesh, made.state);
+  if (deep > kSeen * model.info().size)
+    say(format("note: the shell begins inside a collider, %.3g deep: it is pushed out at once, which may throw it; move the collider or the mesh apart", deep), options.quiet);
   made.run = simulate(scene, n_frames, mesh, handles, made.state, cache, on_page ? &made.film : nullptr, options.quiet, keep, render);
+  made.run.begins_inside = deep > kSeen * model.info().size;
   certify(scene, options, made.state, mesh.n_vertices(), made.run);
   return made;
 }
@@ -262,10 +314,10 @@ void write_all(OutputFolder &folder, const Scene &scene, const Mesh &mesh, const
   folder.put_in_place();
 }
 
-int run_scene(Scene scene, const RunOptions &options, OutputFolder *folder, Page *page) {
+int run_scene(Scene scene, const RunOptions &options, OutputFolder *folder, Page *page, Picture *picture) {
   const uint32_t n_frames = scene.is_static ? 1 : options.frames ? *options.frames : frame_count(scene);
   std::vector<std::string> told;
-  const Mesh mesh = settled_mesh(scene, n_frames, page && !folder, options.quiet, told);
+  const Mesh mesh = settled_mesh(scene, n_frames, (page || picture) && !folder, options.quiet, told);
   if (!scene.motion_path.empty())
     scene.points = std::make_shared<const MovingPoints>(scene.motion_path, mesh.vertices_of_file(), scene.scale);
   say_what_stands_in(scene, mesh, options.quiet);
@@ -292,7 +344,7 @@ int run_scene(Scene scene, const RunOptions &options, OutputFolder *folder, Page
   }
   if (render) bind_render_mesh(scene, model, options.quiet, *render);
   const auto run_it = [&] {
-    return attempt(scene, options, n_frames, mesh, handles, model, cache ? &*cache : nullptr, page, keep_of(scene, options, mesh, model, folder != nullptr), render ? &*render : nullptr);
+    return attempt(scene, options, n_frames, mesh, handles, model, cache ? &*cache : nullptr, page || picture, keep_of(scene, options, mesh, model, folder != nullptr), render ? &*render : nullptr);
   };
   std::optional<Attempt> made(run_it());
   if (const std::string note = settle_late(model, mesh, n_frames, made->run, scene); !note.empty()) {
@@ -307,6 +359,7 @@ int run_scene(Scene scene, const RunOptions &options, OutputFolder *folder, Page
   if (folder && shown) write_all(*folder, scene, mesh, handles, model, render ? &*render : nullptr, cache ? &*cache : nullptr, *made);
   const Summary summary{scene, model.info(), model.frequencies(), run, model.front(), find_creases(scene.material, mesh), told, mesh.proxy.get()};
   const int status = report(summary, options, shown);
+  if (picture && shown) picture->add(mesh, made->film, scene.up.value_or(up_axis(scene, mesh)));
   if (page && shown) add_to_page(scene, mesh, handles, n_frames, run, made->film, closing_words(summary), model, options, *page);
   return interrupted() ? kInterrupted : status;
 }
@@ -335,7 +388,11 @@ std::string page_path(const SceneFile &file, const RunOptions &options) {
   const char *user = std::getenv("USER");  // each has a folder of his own among the temporary files
   const fs::path folder = options.out.empty() ? fs::temp_directory_path() / ("shellwarp-" + std::string(user ? user : "page"))
                                               : fs::path(options.out);
-  return (folder / (file.name + ".html")).string();
+  if (!options.out.empty()) return (folder / (file.name + ".html")).string();
+  fs::path path = folder / (file.name + ".html");  // an earlier page may still be open in the browser, or written by a run beside
+  std::error_code ignored;
+  for (int k = 2; fs::exists(path, ignored) && k < 1000; ++k) path = folder / (file.name + "-" + std::to_string(k) + ".html");
+  return path.string();
 }
 
 // A page that nobody can fill, or that would lie in a file's place, is told before the long work.
@@ -359,6 +416,12 @@ void finish_page(const Page &page, const SceneFile &file, const RunOptions &opti
     std::fprintf(stderr, "shellwarp: nothing here opens a browser; open %s in one\n", path.c_str());
 }
 
+void finish_picture(const Picture &picture, const SceneFile &file, const RunOptions &options) {
+  if (picture.empty()) return;
+  write_picture(picture, options.png, inputs_of(file));
+  say("picture: " + options.png + ": at rest, where it moved furthest, and at the end", options.quiet);
+}
+
 // Those of all shells, made once.
 std::vector<Collider> shared_colliders(const SceneFile &file, bool quiet) {
   const Scene &scene = file.shells.front();
@@ -377,12 +440,15 @@ int run_shells(const SceneFile &file, const RunOptions &options) {
   const std::unique_ptr<OutputFolder> folder = open_folder(file, options);
   const std::string path = page_path(file, options);
   std::optional<Page> page = begin_page(file, options, path);
+  if (!options.png.empty()) page_folder(options.png, inputs_of(file));  // told before the long work
+  Picture picture;
   const std::vector<Collider> colliders = shared_colliders(file, options.quiet);
   int worst = 0;
   for (Scene scene : file.shells) {
     scene.colliders = colliders;
-    const int status = run_scene(scene, options, folder.get(), page ? &*page : nullptr);
+    const int status = run_scene(scene, options, folder.get(), page ? &*page : nullptr, options.png.empty() ? nullptr : &picture);
     if (status == kInterrupted) {
+      if (stopped_by_user()) finish_picture(picture, file, options);
       if (page && !page->empty() && stopped_by_user()) finish_page(*page, file, options, path);
       return status;
     }
@@ -394,6 +460,7 @@ int run_shells(const SceneFile &file, const RunOptions &options) {
                 scene.frame_rate);
     folder->put_in_place();
   }
+  finish_picture(picture, file, options);
   if (page) finish_page(*page, file, options, path);
   return worst;
 }

@@ -19,6 +19,7 @@ struct RunOptions {
   std::string method;              // in place of the scene's; empty = that
   std::vector<std::string> formats;  // in place of the scene's; empty = those
   std::string html;                // page to write; empty = none
+  std::string png;                 // picture to write; empty = none
   bool view = false;               // write the page, wherever, and open it
   std::vector<std::string> compare;  // further methods on the page
   bool linear = false;

@@ -33,6 +33,7 @@ struct Support {
   uint32_t axes = 0;                             // SW_AXIS_...: held along these alone; 0 = held in place
   bool symmetric = false;                        // these are normals of planes of symmetry
   std::optional<std::array<double, 3>> nearest{};  // the vertex next to this point
+  bool rim = false;                                // of the side, the whole open edge there
 };
 
 // Vertices held together with others, or with triangles, by their numbers in the file; and what touches.

@@ -194,7 +194,11 @@ Support read_pin(const std::string &word, std::vector<std::string> &inputs) {
   support.clamped = true;
   support.side = find_side(word);
   if (support.side) return support;
-  if (word.compare(0, 4, "box:") == 0) {
+  if (word.compare(0, 4, "rim:") == 0) {
+    support.side = find_side(word.substr(4));
+    support.rim = true;
+    if (!support.side) refuse("--pin", word, "a rim is rim:SIDE, low-x to high-z" + did_you_mean(word.substr(4), side_names()));
+  } else if (word.compare(0, 4, "box:") == 0) {
     const std::vector<double> b = numbers(word.substr(4), 6);
     if (b.empty()) refuse("--pin", word, "a box is box:X0,Y0,Z0,X1,Y1,Z1");
     support.box = Bounds{{b[0], b[1], b[2]}, {b[3], b[4], b[5]}};

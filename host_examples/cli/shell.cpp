@@ -6,6 +6,7 @@
 #include "method.hpp"
 #include "progress.hpp"
 #include "proxy.hpp"
+#include "rim.hpp"
 #include "selection.hpp"
 #include "shell_model.hpp"
 #include "support_motion.hpp"
@@ -16,6 +17,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <cstring>
 #include <stdexcept>
 
 namespace cli {
@@ -49,7 +51,7 @@ std::vector<uint32_t> vertices_inside(const Bounds &box, const Mesh &mesh, const
 
 void add_vertices(const Support &support, const Mesh &mesh, const std::string &owner, std::vector<uint32_t> &vertices) {
   for (const uint32_t v : support.vertices) vertices.push_back(mesh.of(v));
-  for (const std::vector<uint32_t> &more : {support.side ? vertices_at(*support.side, mesh) : std::vector<uint32_t>(),
+  for (const std::vector<uint32_t> &more : {!support.side ? std::vector<uint32_t>() : support.rim ? rim_at(*support.side, mesh) : vertices_at(*support.side, mesh),
                                             support.group.empty() ? std::vector<uint32_t>() : vertices_of_group(support.group, mesh)})
     vertices.insert(vertices.end(), more.begin(), more.end());
   if (support.nearest) vertices.push_back(nearest_vertex(*support.nearest, mesh));
@@ -305,6 +307,8 @@ static shellwarp::Model model_of(const Scene &scene, const Mesh &mesh, const SwM
     return shellwarp::Model(
         shellwarp::mesh_desc(mesh.positions.data(), mesh.n_vertices(), mesh.triangles.data(), mesh.n_triangles()), material, supports);
   } catch (const shellwarp::Error &error) {
+    if (std::strstr(error.what(), "each must be shorter than the other two together"))
+      throw std::runtime_error(std::string(error.what()) + ": the growth (growth) changes too sharply there; let it fade over several edges, as --growth does and values by vertices can, or take less");
     if (error.status() != SW_ERROR_INVALID_MESH || mesh.proxy) throw;
     throw std::runtime_error(std::string(error.what()) + "; shellwarp check " + scene.mesh_path +
                              " lists all; --proxy 1000 --proxy-cut (proxy, proxy_cut) simulates a mesh made of this one");

@@ -61,6 +61,7 @@ struct Run {
   std::optional<double> largest_gain;              // see energy_audit.hpp
   uint32_t frame_of_gain = 0;
   bool supports_move = false;                      // against each other
+  bool begins_inside = false;                      // a collider, to be seen
   double deepest_left = 0;                         // inside a collider, of what is shown pushed out
   std::shared_ptr<SupportMotion> supports{};       // that moved them
   bool all_finite = true;

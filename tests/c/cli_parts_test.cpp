@@ -22,6 +22,7 @@
 #include "material_maps.hpp"
 #include "advice.hpp"
 #include "closest.hpp"
+#include "rim.hpp"
 #include "selection.hpp"
 #include "watch.hpp"
 #include "warnings.hpp"
@@ -1018,6 +1019,38 @@ void what_is_limp_takes_the_full_shell() {
   CHECK(cli::settle_early(large, 150, true, scene).find("the full shell takes long on 4000 vertices") == 0 && scene.proxy.vertices == 0);
 }
 
+// A tube whose waist slants by more than a side's skin, and a sheet, whose outline runs all around.
+void a_rim_is_held_level_or_not() {
+  cli::Mesh tube;
+  constexpr uint32_t kAround = 12, kRows = 9;
+  for (uint32_t r = 0; r < kRows; ++r)
+    for (uint32_t c = 0; c < kAround; ++c) {
+      const double angle = 2 * 3.14159265358979 * c / kAround;
+      tube.add_vertex({std::cos(angle), -1.0 * r + 0.2 * std::cos(angle), std::sin(angle)});
+    }
+  for (uint32_t r = 0; r + 1 < kRows; ++r)
+    for (uint32_t c = 0; c < kAround; ++c) {
+      const uint32_t a = r * kAround + c, b = r * kAround + (c + 1) % kAround;
+      tube.add_polygon({a, b, b + kAround, a + kAround});
+    }
+  tube.cut_polygons();
+  const std::vector<uint32_t> waist = cli::rim_at({1, true}, tube), hem = cli::rim_at({1, false}, tube);
+  CHECK(waist.size() == kAround && waist.front() == 0 && waist.back() == kAround - 1);
+  CHECK(hem.size() == kAround && hem.front() == (kRows - 1) * kAround);
+  cli::Scene scene;
+  scene.supports.emplace_back();
+  scene.supports[0].side = cli::Side{1, true};
+  const std::vector<std::string> notes = cli::notes_of_rims(scene, tube);
+  CHECK(notes.size() == 1 && notes[0].find("high-y holds 3 of the 12 vertices of the open edge there, which is not level: --pin rim:high-y") != std::string::npos);
+  scene.supports[0].rim = true;
+  CHECK(cli::notes_of_rims(scene, tube).empty());
+  // Growth is whole at the waist, 1 from the sixth ring on, and a sixth less a ring between.
+  const std::vector<double> growth = cli::faded_growth(tube, waist, 1.6);
+  for (uint32_t r = 0; r < kRows; ++r) CHECK(std::fabs(growth[r * kAround] - std::max(1.0, 1.6 - 0.1 * r)) < 1e-12);
+  std::vector<std::string> inputs;
+  CHECK(cli::read_pin("rim:low-z", inputs).rim && cli::read_pin("rim:low-z", inputs).side->axis == 2);
+}
+
 // In words, whatever turns tell: how far off, how surely, and what to do about it.
 void the_verdict_says_how_far_off_the_run_is() {
   cli::Run run;
@@ -1962,6 +1995,7 @@ int main(int argc, char **argv) {
   RUN(methods_have_the_names_of_the_library);
   RUN(a_comparison_takes_the_methods_of_the_library);
   RUN(a_method_moves_as_its_needs_tell);
+  RUN(a_rim_is_held_level_or_not);
   RUN(what_doubling_the_steps_changes_tells_their_error);
   RUN(what_is_limp_takes_the_full_shell);
   RUN(the_verdict_says_how_far_off_the_run_is);

@@ -1,0 +1,34 @@
+// A still picture for those without a browser: the shell at rest, where it moved furthest, and at the end, side by side, as a PNG file.
+#pragma once
+
+#include "film.hpp"
+#include "mesh.hpp"
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace cli {
+
+class Picture {
+public:
+  // A shell; all are drawn at the frames of the first. `up` points upward in the picture.
+  void add(const Mesh &mesh, const Film &film, uint32_t up);
+  bool empty() const { return triangles_.empty(); }
+  // The bytes of the file.
+  std::string png() const;
+
+private:
+  static constexpr std::size_t kPanels = 3;
+
+  std::vector<uint32_t> triangles_;
+  std::array<std::vector<double>, kPanels> positions_;
+  std::array<std::size_t, kPanels> frames_{};
+  uint32_t up_ = 2;
+};
+
+// Whole or not at all; `inputs` are never replaced.
+void write_picture(const Picture &picture, const std::string &path, const std::vector<std::string> &inputs);
+
+}  // namespace cli
