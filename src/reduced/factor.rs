@@ -1,6 +1,7 @@
 //! UᵀD⁻¹U of small positive definite matrices in registers of any width, D the diagonal of U, in 32 bits: of Hessians that Newton steps take.
 #![allow(clippy::needless_range_loop)] // registers are unrolled by number
 
+use super::aligned::Aligned;
 use super::outer::{ROWS, add_outer};
 use super::sums::Single;
 use nalgebra::DMatrix;
@@ -16,14 +17,14 @@ const LEAST: f32 = 1e-4;
 pub struct Factor {
     n: usize,
     stride: usize,
-    /// U and −D⁻¹U by rows, a multiple of [`ROWS`] of them, the last of the identity.
-    rows: Vec<f32>,
-    scaled: Vec<f32>,
+    /// U and −D⁻¹U by rows, a multiple of [`ROWS`] of them, the last of the identity. They end with the registers, as most is there.
+    rows: Aligned<f32>,
+    scaled: Aligned<f32>,
     /// The matrix's diagonal, and what solutions take of the corners.
     diagonal: Vec<f32>,
     corners: Vec<Corner>,
     /// Of a solution: what is left of the right-hand side, what is half solved, and what is found.
-    x: Vec<f32>,
+    x: Aligned<f32>,
     arch: Arch,
 }
 
@@ -32,8 +33,16 @@ pub struct Factor {
 pub struct Rows<'a> {
     /// Numbers in a row.
     pub stride: usize,
+    /// Of which the matrix's first is this.
+    pub first: usize,
     /// The rows.
     pub rows: &'a mut [f32],
+}
+
+/// Numbers in a row of a matrix of so many rows, and the place of its first one: a multiple of [`ROWS`] of them are the last of the row.
+pub fn row(n: usize) -> (usize, usize) {
+    let stride = n.max(1).next_multiple_of(SIDE);
+    (stride, stride - n.next_multiple_of(ROWS))
 }
 
 /// Of a block of U at the diagonal: its inverse, by rows, and D.
@@ -46,71 +55,80 @@ struct Corner {
 impl Factor {
     /// Of the identity, computed in the registers `arch`.
     pub fn new(n: usize, arch: Arch) -> Self {
-        let (stride, count) = (n.max(1).next_multiple_of(SIDE), n.next_multiple_of(ROWS));
-        let mut rows = vec![0.0; count * stride];
-        (0..count).for_each(|k| rows[k * stride + k] = 1.0);
-        let scaled = rows.iter().map(|x| -x).collect();
+        let ((stride, first), count) = (row(n), n.next_multiple_of(ROWS));
+        let mut rows = Aligned::zeros(count * stride);
+        (0..count).for_each(|k| rows[k * (stride + 1) + first] = 1.0);
+        let scaled = rows.iter().map(|x| -x).collect::<Vec<f32>>().into();
         let inverse = std::array::from_fn(|r| std::array::from_fn(|c| if r == c { 1.0 } else { 0.0 }));
         let corners = vec![Corner { inverse, pivots: [1.0; ROWS] }; count / ROWS];
-        Self { n, stride, rows, scaled, diagonal: vec![1.0; count], corners, x: vec![0.0; 3 * stride], arch }
+        Self { n, stride, rows, scaled, diagonal: vec![1.0; count], corners, x: Aligned::zeros(3 * stride), arch }
+    }
+
+    /// The place of the first number in a row.
+    fn first(&self) -> usize {
+        self.stride - self.diagonal.len()
     }
 
     /// Where a matrix is written to.
     pub fn rows(&mut self) -> Rows<'_> {
-        Rows { stride: self.stride, rows: &mut self.rows }
+        Rows { stride: self.stride, first: self.first(), rows: &mut self.rows }
     }
 
     /// Takes a matrix, of which the lower triangle counts.
     pub fn set(&mut self, matrix: &DMatrix<f64>) {
+        let (first, end) = (self.first(), self.first() + self.n);
         for (k, (row, column)) in self.rows.chunks_exact_mut(self.stride).zip(matrix.column_iter()).enumerate() {
-            row[k..self.n].iter_mut().zip(&column.as_slice()[k..]).for_each(|(out, x)| *out = *x as f32);
-            row[self.n..].fill(0.0);
+            row[first + k..end].iter_mut().zip(&column.as_slice()[k..]).for_each(|(out, x)| *out = *x as f32);
+            row[end..].fill(0.0);
         }
     }
 
     /// Takes a smaller matrix, and zeros behind it.
     pub fn take(&mut self, other: &Self) {
-        let n = other.n;
+        let (n, first, others) = (other.n, self.first(), other.first());
         for (k, row) in self.rows.chunks_exact_mut(self.stride).enumerate() {
             row.fill(0.0);
             if k < n {
-                row[k..n].copy_from_slice(&other.rows[k * other.stride..][k..n]);
+                row[first + k..first + n].copy_from_slice(&other.rows[k * other.stride + others..][k..n]);
             }
         }
     }
 
     /// Adds another one to the matrix.
     pub fn add(&mut self, matrix: &DMatrix<f64>) {
+        let (first, end) = (self.first(), self.first() + self.n);
         for (k, (row, column)) in self.rows.chunks_exact_mut(self.stride).zip(matrix.column_iter()).enumerate() {
-            row[k..self.n].iter_mut().zip(&column.as_slice()[k..]).for_each(|(out, x)| *out += *x as f32);
+            row[first + k..end].iter_mut().zip(&column.as_slice()[k..]).for_each(|(out, x)| *out += *x as f32);
         }
     }
 
     /// Adds to the matrix's diagonal.
     pub fn add_diagonal(&mut self, of: impl Fn(usize) -> f64) {
-        (0..self.n).for_each(|k| self.rows[k * (self.stride + 1)] += of(k) as f32);
+        let first = self.first();
+        (0..self.n).for_each(|k| self.rows[k * (self.stride + 1) + first] += of(k) as f32);
     }
 
     /// Entry (i, j), i ≤ j, of the matrix.
     pub fn entry(&self, i: usize, j: usize) -> f64 {
-        f64::from(self.rows[i * self.stride + j])
+        f64::from(self.rows[i * self.stride + self.first() + j])
     }
 
     /// Factorizes what was written. False where it is not positive definite, or so near to singular that 32 bits do not tell, and then there
     /// is no factor.
     pub fn factorize(&mut self) -> bool {
+        let first = self.first();
         let Self { n, stride, rows, scaled, diagonal, corners, arch, .. } = self;
-        let count = diagonal.len();
-        for k in *n..count {
-            rows[k * *stride + k..(k + 1) * *stride].fill(0.0);
-            rows[k * *stride + k] = 1.0;
+        for k in *n..diagonal.len() {
+            rows[k * *stride + first + k..(k + 1) * *stride].fill(0.0);
+            rows[k * (*stride + 1) + first] = 1.0;
         }
-        diagonal.iter_mut().enumerate().for_each(|(k, own)| *own = rows[k * (*stride + 1)]);
-        arch.dispatch(Factorize { stride: *stride, rows, scaled, diagonal, corners })
+        diagonal.iter_mut().enumerate().for_each(|(k, own)| *own = rows[k * (*stride + 1) + first]);
+        arch.dispatch(Factorize { stride: *stride, first, rows, scaled, diagonal, corners })
     }
 
     /// x becomes H⁻¹x.
     pub fn solve(&mut self, x: &mut [f64]) {
+        let first = self.first();
         let Self { stride, rows, corners, x: room, arch, .. } = self;
         let mut most = [0.0f64; ROWS]; // of some in turn, for one waits for the one before
         let (blocks, rest) = x.as_chunks::<ROWS>();
@@ -119,13 +137,14 @@ impl Factor {
         }
         let largest = rest.iter().chain(&most).fold(0.0f64, |most, x| most.max(x.abs()));
         if largest > 0.0 {
-            arch.dispatch(Solve { stride: *stride, rows, corners, room, x, largest });
+            arch.dispatch(Solve { stride: *stride, first, rows, corners, room, x, largest });
         }
     }
 }
 
 struct Factorize<'a> {
     stride: usize,
+    first: usize,
     rows: &'a mut [f32],
     scaled: &'a mut [f32],
     diagonal: &'a [f32],
@@ -137,12 +156,12 @@ impl WithSimd for Factorize<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> bool {
-        let Self { stride, rows, scaled, diagonal, corners } = self;
+        let Self { stride, first, rows, scaled, diagonal, corners } = self;
         let lanes = lanes::<S>();
         for (block, (own_corner, diagonal)) in corners.iter_mut().zip(diagonal.as_chunks::<ROWS>().0).enumerate() {
-            let k = ROWS * block;
-            let (above, rest) = rows.split_at_mut(k * stride);
-            let (scaled_above, scaled) = scaled.split_at_mut(k * stride);
+            let k = first + ROWS * block;
+            let (above, rest) = rows.split_at_mut(ROWS * block * stride);
+            let (scaled_above, scaled) = scaled.split_at_mut(ROWS * block * stride);
             let own = &mut rest[..ROWS * stride];
             add_outer::<S, Single>(simd, (scaled_above, above), own, (k, stride));
             let Some((below, inverse)) = corner(own, diagonal, (k, stride)) else { return false };
@@ -240,6 +259,7 @@ fn clear(own: &mut [f32], (k, stride): (usize, usize)) {
 
 struct Solve<'a> {
     stride: usize,
+    first: usize,
     rows: &'a [f32],
     corners: &'a [Corner],
     room: &'a mut [f32],
@@ -253,20 +273,20 @@ impl WithSimd for Solve<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { stride, rows, corners, room, x, largest } = self;
+        let Self { stride, first, rows, corners, room, x, largest } = self;
         let lanes = lanes::<S>();
         let columns = stride / lanes;
         let (left, others) = room.split_at_mut(stride);
         let (half, solved) = others.split_at_mut(stride);
-        left[x.len()..].fill(0.0);
-        for (left, x) in left.iter_mut().zip(&*x) {
+        left.fill(0.0);
+        for (left, x) in left[first..].iter_mut().zip(&*x) {
             *left = (*x / largest) as f32;
         }
         solved.fill(0.0);
         let blocks = || rows.chunks_exact(ROWS * stride).zip(corners).enumerate();
         for (block, (rows, corner)) in blocks() {
-            let k = ROWS * block;
-            let before = left.as_chunks::<ROWS>().0[block];
+            let k = first + ROWS * block;
+            let before = left.as_chunks::<ROWS>().0[k / ROWS];
             let mut own = [0.0; ROWS];
             for r in 0..ROWS {
                 for c in r..ROWS {
@@ -285,10 +305,10 @@ impl WithSimd for Solve<'_> {
                 }
                 wide[c] = y;
             }
-            half.as_chunks_mut::<ROWS>().0[block] = own;
+            half.as_chunks_mut::<ROWS>().0[k / ROWS] = own;
         }
         for (block, (rows, corner)) in blocks().rev() {
-            let k = ROWS * block;
+            let k = first + ROWS * block;
             let mut sums = [simd.splat_f32s(0.0); ROWS];
             let wide = (S::as_simd_f32s(rows).0, S::as_simd_f32s(solved).0);
             for c in k / lanes..columns {
@@ -296,7 +316,7 @@ impl WithSimd for Solve<'_> {
                     sums[r] = simd.mul_add_e_f32s(wide.0[r * columns + c], wide.1[c], sums[r]);
                 }
             }
-            let before = half.as_chunks::<ROWS>().0[block];
+            let before = half.as_chunks::<ROWS>().0[k / ROWS];
             let (mut left, mut own) = ([0.0; ROWS], [0.0; ROWS]);
             for r in 0..ROWS {
                 left[r] = corner.pivots[r] * before[r] - simd.reduce_sum_f32s(sums[r]);
@@ -306,9 +326,9 @@ impl WithSimd for Solve<'_> {
                     own[r] += corner.inverse[r][c] * left[c];
                 }
             }
-            solved.as_chunks_mut::<ROWS>().0[block] = own;
+            solved.as_chunks_mut::<ROWS>().0[k / ROWS] = own;
         }
-        for (x, solved) in x.iter_mut().zip(&*solved) {
+        for (x, solved) in x.iter_mut().zip(&solved[first..]) {
             *x = f64::from(*solved) * largest;
         }
     }

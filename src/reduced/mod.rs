@@ -10,6 +10,7 @@
 //!
 //! with P_ab = Σ m b_a x̄_b and S_ab = Σ m b_a b_bᵀ, b_a being the fields' a-components at a vertex.
 
+mod aligned;
 pub mod basis;
 mod elastic;
 mod energy;
@@ -37,6 +38,7 @@ pub use fields::{Fields, MAX_FIELDS};
 pub use joined::{Joined, Places};
 pub use newton::{End, Newton, Potential, Rows, Stop, Work};
 pub use packed::PackedFields;
+pub use products::sum_of;
 pub use pull::{Flight, Pull};
 pub use rigid::{Moments, Rigid, WithRigid, crossed, free_motions};
 pub use training::{MAX_POSES, affordable_iterations, default_poses};

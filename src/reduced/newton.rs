@@ -28,7 +28,7 @@ pub use rows::Rows;
 use super::Joined;
 use super::elastic::{Elastic, Scratch};
 use super::factor::Factor;
-use super::products::dot_all;
+use super::products::{dot_all, sum_of};
 use crate::energy::Curvature;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
@@ -296,9 +296,9 @@ impl Newton {
     /// ∇Π of ∇E; returns the scale of Π.
     fn complete_gradient(&mut self, potential: &Potential, q: &[f64]) -> f64 {
         self.work.gradients += 1;
-        let elastic: f64 = q.iter().zip(self.gradient.iter()).map(|(q, g)| (q * g).abs()).sum();
-        for k in 0..q.len() {
-            self.gradient[k] += potential.shift * q[k] - potential.load[k];
+        let elastic = sum_of(q, self.gradient.as_slice(), |q, g| (q * g).abs());
+        for ((gradient, q), load) in self.gradient.iter_mut().zip(q).zip(potential.load) {
+            *gradient += potential.shift * q - load;
         }
         if let Some(c) = potential.matrix {
             for k in 0..q.len() {
@@ -311,7 +311,7 @@ impl Newton {
         if let Some(joined) = potential.joined {
             joined.add_gradient(q, self.gradient.as_mut_slice());
         }
-        let work: f64 = q.iter().zip(potential.load).map(|(q, b)| (q * b).abs()).sum();
+        let work = sum_of(q, potential.load, |q, b| (q * b).abs());
         work + elastic + f64::MIN_POSITIVE
     }
 

@@ -192,6 +192,21 @@ pub fn dot_all(a: &[f64], b: &[f64]) -> f64 {
     dot(a, b) + a[whole..].iter().zip(&b[whole..]).map(|(a, b)| a * b).sum::<f64>()
 }
 
+/// Σ f(aᵢ, bᵢ), some in turn, for one sum waits for the one before.
+#[inline(always)]
+pub fn sum_of(a: &[f64], b: &[f64], f: impl Fn(f64, f64) -> f64) -> f64 {
+    let mut sums = [0.0; WIDTH];
+    let ((a, last), (b, others)) = (a.as_chunks::<WIDTH>(), b.as_chunks::<WIDTH>());
+    for (a, b) in a.iter().zip(b) {
+        (0..WIDTH).for_each(|i| sums[i] += f(a[i], b[i]));
+    }
+    for ((sum, a), b) in sums.iter_mut().zip(last).zip(others) {
+        *sum += f(*a, *b);
+    }
+    let [a, b, c, d, e, f, g, h] = sums;
+    ((a + b) + (c + d)) + ((e + f) + (g + h))
+}
+
 /// a·b of rows.
 #[inline(always)]
 pub fn dot(a: &[f64], b: &[f64]) -> f64 {

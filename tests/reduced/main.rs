@@ -16,6 +16,7 @@ mod demand;
 mod floating;
 mod floating_held;
 mod led;
+mod near;
 mod packed;
 mod polynomial;
 mod reduced;

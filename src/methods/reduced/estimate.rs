@@ -30,8 +30,9 @@ impl Estimate {
 
     /// Of a step of two stages, by each coordinate's rates at the start, after the first stage and at the end.
     pub fn of_stages(&mut self, h: f64, rates: impl Iterator<Item = [f64; 3]>) {
+        let (late, early) = (MISSED * h / (1.0 - GAMMA), MISSED * h / GAMMA);
         for (missed, [start, first, end]) in self.missed.iter_mut().zip(rates) {
-            *missed = MISSED * h * ((end - first) / (1.0 - GAMMA) - (first - start) / GAMMA);
+            *missed = late * (end - first) - early * (first - start);
         }
         self.shift = 1.0 / (GAMMA * h * GAMMA * h);
     }

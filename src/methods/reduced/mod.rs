@@ -14,7 +14,7 @@ use crate::features::{Feature, Proof, ReducedShell as Built};
 use crate::method::Method;
 use crate::modal::ModalBasis;
 use crate::point_energy::PointEnergy;
-use crate::reduced::{Elastic, Form, Newton, Places, ReducedShell, Rows, Work, with_fields};
+use crate::reduced::{Elastic, Form, Newton, Places, ReducedShell, Rows, Work, sum_of, with_fields};
 use crate::reference::Rayleigh;
 use crate::reference::orientation::Ring;
 use crate::support::Axes;
@@ -205,7 +205,7 @@ impl Reduced {
     /// Whether positions and energies are numbers.
     fn is_within_range(&self, q: &[f64], q_dot: &[f64]) -> bool {
         let largest = LARGEST_DISPLACEMENT * self.shell.mesh.size * self.shell.total_mass.sqrt();
-        let kinetic: f64 = q_dot.iter().map(|v| v * v).sum();
+        let kinetic = sum_of(q_dot, q_dot, |v, _| v * v);
         kinetic.is_finite() && q.iter().all(|q| q.abs() <= largest)
     }
 

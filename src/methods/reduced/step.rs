@@ -22,7 +22,7 @@ use super::rows::Shares;
 use super::{At, Coordinates, Reduced};
 use crate::load::BodyLoad;
 use crate::methods::Acting;
-use crate::reduced::{Form, Joined, Potential, ReducedShell, Stop};
+use crate::reduced::{Form, Joined, Potential, ReducedShell, Stop, sum_of};
 use crate::step::stages::{GAMMA, NOTHING, ONWARD, SUDDEN};
 use crate::{Error, ErrorKind, Result};
 
@@ -167,7 +167,8 @@ impl Reduced {
         }
         let converged = self.advance(at, load, Stage { share: 1.0, near: true, ..first })?;
         let (start, gone, end) = (&self.motion.q_dot, &self.from[1], &self.rates);
-        let rates = |k: usize| [start[k], start[k] + (gone[k] - start[k]) / ONWARD, end[k]];
+        let back = 1.0 / ONWARD;
+        let rates = |k: usize| [start[k], start[k] + back * (gone[k] - start[k]), end[k]];
         self.estimate.of_stages(h, (0..end.len()).map(rates));
         Ok(Stages { stands: false, converged, work: work + self.work_of_constraints() })
     }
@@ -176,12 +177,12 @@ impl Reduced {
     fn relaxes(&mut self, stage: Stage) -> bool {
         let Coordinates { q, q_dot } = &self.motion;
         let alpha = stage.tau.recip();
-        let coasted: f64 = q_dot.iter().map(|rate| (stage.tau * rate).powi(2)).sum();
-        let size: f64 = q.iter().map(|q| q * q).sum();
+        let coasted = sum_of(q_dot, q_dot, |rate, _| (stage.tau * rate).powi(2));
+        let size = sum_of(q, q, |q, _| q * q);
         for k in 0..q.len() {
             self.last[k] = self.next[k] - q[k] - stage.tau * q_dot[k];
         }
-        let jump: f64 = self.last.iter().map(|d| d * d).sum();
+        let jump = sum_of(&self.last, &self.last, |d, _| d * d);
         if jump <= SUDDEN * SUDDEN * coasted || jump <= NOTHING * NOTHING * size {
             return false;
         }
@@ -263,9 +264,12 @@ impl Reduced {
                 self.newton.minimize(energy, &potential, &mut self.next, stop)
             });
             converged = end.converged;
-            *gained = self.next.iter().zip(&self.last).map(|(a, b)| (a - b).powi(2)).sum();
-            size = self.next.iter().map(|q| q * q).sum();
-            let moved: f64 = self.next.iter().zip(&self.start).map(|(next, q)| (next - q).powi(2)).sum();
+            if passes == 1 {
+                break;
+            }
+            *gained = sum_of(&self.next, &self.last, |a, b| (a - b).powi(2));
+            size = sum_of(&self.next, &self.next, |q, _| q * q);
+            let moved = sum_of(&self.next, &self.start, |next, q| (next - q).powi(2));
             if *gained <= ENOUGH * ENOUGH * moved {
                 break;
             }
@@ -284,7 +288,7 @@ impl Reduced {
     /// The guess of a stage on a smooth energy needs no comparison with its start: both are near each other beside the shapes of the training.
     fn is_near(&self, reduced: &ReducedShell) -> bool {
         let reach = reduced.polynomial.as_ref().map_or(0.0, |polynomial| polynomial.gate.reach);
-        let way: f64 = self.next.iter().zip(&self.start).map(|(next, start)| (next - start).powi(2)).sum();
+        let way = sum_of(&self.next, &self.start, |next, start| (next - start).powi(2));
         way <= (NEAR * reach).powi(2)
     }
 

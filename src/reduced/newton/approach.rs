@@ -1,6 +1,7 @@
 //! A few Newton steps toward a minimum that is near, without looking at the potential.
 
 use super::super::elastic::Elastic;
+use super::super::products::sum_of;
 use super::{End, Newton, Potential, ROUNDING};
 
 /// Of the square of a residual, what a Newton step leaves; and a step with the Hessian before it, of its square over the residual then. An
@@ -67,8 +68,9 @@ impl Newton {
                 }
                 residual = self.approaching(scale)?;
                 left = SQUARED * residual * residual;
-                let firm = FIRM * potential.shift * self.direction.norm_squared();
-                if residual > FAR || -self.gradient.dot(&self.direction) < firm {
+                let [gradient, direction] = [&self.gradient, &self.direction].map(|list| list.as_slice());
+                let firm = FIRM * potential.shift * sum_of(direction, direction, |d, e| d * e);
+                if residual > FAR || -sum_of(gradient, direction, |g, d| g * d) < firm {
                     return None;
                 }
             }
@@ -98,10 +100,9 @@ impl Newton {
 
     /// Δ of an approach, and its residual; none without a descent direction.
     fn approaching(&mut self, scale: f64) -> Option<f64> {
-        self.direction.copy_from(&self.gradient);
-        self.direction.neg_mut();
+        self.direction.iter_mut().zip(self.gradient.iter()).for_each(|(d, g)| *d = -g);
         self.near.solve(self.direction.as_mut_slice());
-        let slope = self.gradient.dot(&self.direction);
+        let slope = sum_of(self.gradient.as_slice(), self.direction.as_slice(), |g, d| g * d);
         (slope <= ROUNDING * ROUNDING * scale).then(|| (-slope.min(0.0) / scale).sqrt())
     }
 }

@@ -1,73 +1,86 @@
 //! Evaluation of a polynomial energy: what is known of a q, made when it is first asked for.
 
-use super::super::factor::Rows;
+use super::super::aligned::Aligned;
+use super::super::factor::{Rows, SIDE};
 use super::super::sums::{Double, Single};
-use super::{PolynomialEnergy, even, kernel};
+use super::{PolynomialEnergy, even, kernel, near};
 use pulp::{Simd, WithSimd};
 
 /// Room, so that evaluation does not allocate, and what is known of the last q.
 #[derive(Clone)]
 pub struct Room {
     /// q, padded; no numbers before the first. How many there were, and whether sums of the last have 32 bits.
-    q: Vec<f64>,
+    q: Aligned<f64>,
     shapes: usize,
     single: bool,
     /// Of it: E, once it was asked for, and its gradient; s, dE/ds and d²E/ds², and ∂s/∂q by field.
     value: Option<f64>,
-    gradient: Vec<f64>,
-    pub(super) s: Vec<f64>,
-    stress: Vec<f64>,
-    curvature: Vec<f64>,
-    jacobian: Vec<f64>,
+    gradient: Aligned<f64>,
+    pub(super) s: Aligned<f64>,
+    stress: Aligned<f64>,
+    curvature: Aligned<f64>,
+    jacobian: Aligned<f64>,
     /// C₂ + ½ C₃q, its product with q and that of C₂ alone.
-    bending: Vec<f64>,
-    bent: Vec<f64>,
-    product: Vec<f64>,
+    bending: Aligned<f64>,
+    bent: Aligned<f64>,
+    product: Aligned<f64>,
     /// q and sums for products.
-    spread: [Vec<f64>; 2],
-    sums: [Vec<f64>; 2],
+    spread: [Aligned<f64>; 2],
+    sums: [Aligned<f64>; 2],
     /// A Hessian but for JᵀWJ, and as a square; ∂s/∂q by form, with factors and without.
-    blocks: Vec<f64>,
-    square: Vec<f64>,
-    scaled: Vec<f64>,
-    rows: Vec<f64>,
+    blocks: Aligned<f64>,
+    square: Aligned<f64>,
+    scaled: Aligned<f64>,
+    rows: Aligned<f64>,
     narrow: Narrow,
 }
 
 /// The same in 32 bits: Qq of each form in the place of ∂s/∂q, and of bending C₃q alone.
 #[derive(Clone)]
 struct Narrow {
-    q: Vec<f32>,
-    stress: Vec<f32>,
-    curvature: Vec<f32>,
-    turned: Vec<f32>,
+    /// q as rows of forms are placed, in 64 bits as well.
+    q: Aligned<f32>,
+    wide: Aligned<f64>,
+    stress: Aligned<f32>,
+    curvature: Aligned<f32>,
+    /// Qq of the forms that are side by side, and of all by rows of a form.
+    turned: Aligned<f32>,
+    by_form: Aligned<f32>,
+    /// Σ σA and Σ σQq.
+    straight: Aligned<f64>,
+    curved: Aligned<f32>,
     /// C₃q and its product with q, and the Hessian but for JᵀWJ.
-    bending: Vec<f32>,
-    product: Vec<f32>,
-    blocks: Vec<f32>,
-    spread: [Vec<f32>; 2],
-    sums: [Vec<f32>; 2],
-    scaled: Vec<f32>,
-    rows: Vec<f32>,
+    bending: Aligned<f32>,
+    product: Aligned<f32>,
+    blocks: Aligned<f32>,
+    spread: [Aligned<f32>; 2],
+    sums: [Aligned<f32>; 2],
+    /// By rows of a form, ∂s/∂q times its factor, once there is a Hessian: then `by_form` is ∂s/∂q.
+    scaled: Aligned<f32>,
+    joined: bool,
 }
 
 impl Narrow {
     fn of(energy: &PolynomialEnergy) -> Self {
         let PolynomialEnergy { padded, forms, narrow, .. } = energy;
         let stride = narrow.stride;
-        let zeros = |count: usize| vec![0.0; count];
+        let zeros = Aligned::zeros;
         Self {
             q: zeros(stride),
+            wide: Aligned::zeros(stride),
             stress: zeros(*forms),
             curvature: zeros(*forms),
             turned: zeros(padded * forms),
+            by_form: zeros(energy.count.next_multiple_of(SIDE) * stride),
+            straight: Aligned::zeros(stride),
+            curved: zeros(stride),
             bending: zeros(narrow.bending.len()),
             product: zeros(stride),
             blocks: zeros(narrow.bending.len()),
             spread: [padded * kernel::ROWS; 2].map(zeros),
             sums: [padded * kernel::ROWS; 2].map(zeros),
             scaled: zeros(narrow.linear.len()),
-            rows: zeros(narrow.linear.len()),
+            joined: false,
         }
     }
 }
@@ -76,11 +89,11 @@ impl Room {
     /// For one evaluation at a time.
     pub(super) fn of(energy: &PolynomialEnergy) -> Self {
         let (n, stride, padded, forms) = (energy.n, energy.stride, energy.padded, energy.forms);
-        let [fields, by_form, by_both] = [stride, forms, padded * forms].map(|count| vec![0.0; count]);
+        let [fields, by_form, by_both] = [stride, forms, padded * forms].map(Aligned::zeros);
         let [blocks, square, spread] =
-            [energy.stiffness.len(), padded * stride, padded * kernel::ROWS].map(|count| vec![0.0; count]);
+            [energy.stiffness.len(), padded * stride, padded * kernel::ROWS].map(Aligned::zeros);
         Self {
-            q: (0..stride).map(|k| if k < n { f64::NAN } else { 0.0 }).collect(),
+            q: (0..stride).map(|k| if k < n { f64::NAN } else { 0.0 }).collect::<Vec<f64>>().into(),
             shapes: 0,
             single: false,
             value: None,
@@ -96,8 +109,8 @@ impl Room {
             sums: [spread.clone(), spread],
             blocks,
             square,
-            scaled: vec![0.0; energy.count * stride],
-            rows: vec![0.0; energy.count * stride],
+            scaled: Aligned::zeros(energy.count * stride),
+            rows: Aligned::zeros(forms * stride),
             narrow: Narrow::of(energy),
         }
     }
@@ -214,28 +227,37 @@ impl WithSimd for PlaceNear<'_> {
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { energy, room } = self;
         let Room { q: wide, gradient, s, stress: wide_stress, curvature, bent, product: straight, narrow, .. } = room;
-        let Narrow { q, stress, turned, bending, product, .. } = narrow;
-        let (n, padded, count) = (energy.n, energy.padded, even(energy.n));
-        q.iter_mut().zip(&*wide).for_each(|(q, wide)| *q = *wide as f32);
-        kernel::turn::<S, Single>(simd, &q[..padded], &energy.lanes, turned);
-        kernel::near_strains(simd, (&wide[..padded], &q[..padded]), &energy.linear, turned, s);
+        let Narrow { q, wide: placed, stress, turned, by_form, bending, product, .. } = narrow;
+        let (n, padded, count, own) = (energy.n, energy.padded, energy.count, &energy.narrow);
+        let (at, beside) = ((own.stride, own.first), near::beside(count));
+        narrow.joined = false;
+        placed[own.first..][..n].copy_from_slice(&wide[..n]);
+        q.iter_mut().zip(&*placed).for_each(|(q, wide)| *q = *wide as f32);
+        let sides = beside.next_multiple_of(SIDE);
+        let (lanes, turned) = (&energy.lanes[..sides * (padded * (padded + 1) / 2)], &mut turned[..sides * padded]);
+        let (first, last) = by_form.split_at_mut(sides * own.stride);
+        kernel::turn::<S, Single>(simd, &q[own.first..], lanes, turned);
+        near::strains(simd, (&wide[..padded], &q[own.first..]), &energy.linear, turned, s);
+        near::by_forms(simd, turned, (padded, own.stride, own.first), first);
+        let forms = (&own.straight[beside * own.stride..], &own.squares[..]);
+        near::last_strains(simd, (placed, q), forms, own.first, (last, &mut s[beside..count]));
         resist_all(energy, s, wide_stress, curvature);
         stress.iter_mut().zip(&*wide_stress).for_each(|(stress, wide)| *stress = *wide as f32);
-        kernel::combine::<S, Single>(simd, &energy.cubic, &q[..count], bending);
-        {
-            let ([tiled, repeated], [along, across]) = (&mut narrow.spread, &mut narrow.sums);
-            kernel::spread(&q[..padded], [tiled, repeated]);
-            kernel::multiply::<S, Single>(simd, bending, [tiled, repeated], [along, across], product);
-        }
-        let ([tiled, repeated], [along, across]) = (&mut room.spread, &mut room.sums);
-        kernel::spread(&wide[..padded], [tiled, repeated]);
-        kernel::multiply::<S, Double>(simd, &energy.bending, [tiled, repeated], [along, across], straight);
+        let q = &q[own.first..];
+        kernel::combine::<S, Single>(simd, &energy.cubic, &q[..even(n).min(padded)], bending);
+        let ([tiled, repeated], [along, across]) = (&mut narrow.spread, &mut narrow.sums);
+        kernel::spread(q, [tiled, repeated]);
+        kernel::multiply::<S, Single>(simd, bending, [tiled, repeated], [along, across], product);
+        near::sum_rows::<S, Double>(simd, &own.square, &wide[..n], (energy.stride, 0), straight);
         for ((bent, straight), second) in bent.iter_mut().zip(&*straight).zip(&*product) {
             *bent = straight + 0.5 * f64::from(*second);
         }
-        gradient.copy_from_slice(bent);
-        let both = (&energy.linear[..], &turned[..]);
-        kernel::add_near_transposed(simd, both, (wide_stress, stress), padded, &mut gradient[..n]);
+        near::sum_rows::<S, Double>(simd, &own.straight, &wide_stress[..count], at, &mut narrow.straight);
+        near::sum_rows::<S, Single>(simd, by_form, &stress[..count], at, &mut narrow.curved);
+        let forces = narrow.straight[own.first..].iter().zip(&narrow.curved[own.first..]);
+        for ((out, bent), (straight, curved)) in gradient.iter_mut().zip(&*bent).zip(forces) {
+            *out = bent + (straight + f64::from(*curved));
+        }
     }
 }
 
@@ -251,19 +273,20 @@ impl WithSimd for NearHessian<'_> {
     /// Q has 16 bits here, which Newton steps do not feel.
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { energy, room, out: Rows { stride, rows: out } } = self;
+        let Self { energy, room, out: Rows { stride, first, rows: out } } = self;
         let Room { curvature: wide, narrow, .. } = room;
-        let Narrow { stress, curvature, turned, bending, blocks, scaled, rows, .. } = narrow;
-        let (n, padded, count) = (energy.n, energy.padded, energy.count);
+        let Narrow { stress, curvature, by_form, bending, blocks, scaled, joined, .. } = narrow;
+        let (n, count, own) = (energy.n, energy.count, &energy.narrow);
         blocks.copy_from_slice(bending);
-        kernel::add::<S, Single>(simd, blocks, &energy.narrow.bending);
-        kernel::add_pairs(simd, &energy.narrow.quadratic, &stress[..even(count)], blocks);
-        kernel::unpack(blocks, n, stride, out);
-        curvature.iter_mut().zip(&*wide).for_each(|(curvature, wide)| *curvature = *wide as f32);
-        kernel::by_forms(turned, (padded, stride), rows);
-        kernel::add::<S, Single>(simd, rows, &energy.narrow.linear);
-        kernel::scale::<S, Single>(simd, rows, &curvature[..count], stride, scaled);
-        kernel::add_products::<S, Single>(simd, (scaled, rows), stride, out);
+        kernel::add::<S, Single>(simd, blocks, &own.bending);
+        kernel::add_pairs(simd, &own.quadratic, &stress[..even(count)], blocks);
+        kernel::unpack(blocks, n, (stride, first), out);
+        if !*joined {
+            curvature.iter_mut().zip(&*wide).for_each(|(curvature, wide)| *curvature = *wide as f32);
+            near::join(simd, &own.linear, &curvature[..count], stride, (by_form, scaled));
+            *joined = true;
+        }
+        kernel::add_products::<S, Single>(simd, (scaled, &by_form[..count * stride]), (stride, first), out);
     }
 }
 
@@ -307,10 +330,11 @@ impl WithSimd for Hessian<'_> {
         for (((out, both), own), sum) in blocks.iter_mut().zip(&*bending).zip(&energy.bending).zip(&*sum) {
             *out = 2.0 * both - own + f64::from(*sum);
         }
-        kernel::unpack(blocks, n, stride, square);
-        kernel::by_forms(jacobian, (energy.padded, stride), rows);
+        kernel::unpack(blocks, n, (stride, 0), square);
+        kernel::by_forms(jacobian, (energy.padded, stride, 0), rows);
+        let rows = &rows[..count * stride];
         kernel::scale::<S, Double>(simd, rows, &curvature[..count], stride, scaled);
-        kernel::add_products::<S, Double>(simd, (scaled, rows), stride, square);
+        kernel::add_products::<S, Double>(simd, (scaled, rows), (stride, 0), square);
     }
 }
 
@@ -329,10 +353,11 @@ impl WithSimd for Resistance<'_> {
         let Room { jacobian, square, scaled, rows, .. } = room;
         let (n, stride) = (energy.n, energy.stride);
         let firm = &energy.weights[..energy.membrane];
-        let (scaled, rows) = (&mut scaled[..firm.len() * stride], &mut rows[..firm.len() * stride]);
-        kernel::unpack(bending, n, stride, square);
-        kernel::by_forms(jacobian, (energy.padded, stride), rows);
+        let scaled = &mut scaled[..firm.len() * stride];
+        kernel::unpack(bending, n, (stride, 0), square);
+        kernel::by_forms(jacobian, (energy.padded, stride, 0), rows);
+        let rows = &rows[..firm.len() * stride];
         kernel::scale::<S, Double>(simd, rows, firm, stride, scaled);
-        kernel::add_products::<S, Double>(simd, (scaled, rows), stride, square);
+        kernel::add_products::<S, Double>(simd, (scaled, rows), (stride, 0), square);
     }
 }

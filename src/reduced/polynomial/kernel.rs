@@ -52,12 +52,6 @@ fn lanes<S: Simd>() -> usize {
     size_of::<S::f64s>() / size_of::<f64>()
 }
 
-/// Registers of 64 bits for one of 32: 1 where each holds one number.
-#[inline(always)]
-fn halves<S: Simd>() -> usize {
-    <Single as Sums<S>>::LANES / lanes::<S>()
-}
-
 /// out = Qq of all forms, on a multiple of [`ROWS`] fields.
 ///
 /// Of [`SIDE`] forms that are side by side in turn, `forms` has the lower triangle of Q, `out` the fields.
@@ -177,76 +171,6 @@ pub fn add_transposed<S: Simd>(simd: S, jacobian: &[f64], v: &[f64], n: usize, o
     }
 }
 
-/// s = A·q + ½ q·Qq, on `q`'s fields: the linear part in 64 bits, Qq as [`turn`] gives it in 32.
-#[inline(always)]
-pub fn near_strains<S: Simd>(simd: S, (q, narrow): (&[f64], &[f32]), linear: &[f64], turned: &[f32], s: &mut [f64]) {
-    let (side, halves) = (SIDE / <Single as Sums<S>>::LANES, halves::<S>());
-    let (linear, turned) = (S::as_simd_f64s(linear).0, S::as_simd_f32s(turned).0);
-    let blocks = linear.chunks_exact(halves * side * q.len()).zip(turned.chunks_exact(side * q.len()));
-    for ((linear, turned), s) in blocks.zip(s.chunks_exact_mut(SIDE)) {
-        for part in 0..side {
-            let mut sums = [[simd.splat_f64s(0.0); 2]; ROWS]; // in turn, for one waits for the one before
-            let mut seconds = [simd.splat_f32s(0.0); ROWS];
-            for (i, (q, narrow)) in q.as_chunks::<ROWS>().0.iter().zip(narrow.as_chunks::<ROWS>().0).enumerate() {
-                for r in 0..ROWS {
-                    let at = (i * ROWS + r) * side + part;
-                    let own = simd.splat_f64s(q[r]);
-                    for half in 0..halves {
-                        sums[r][half] = simd.mul_add_e_f64s(linear[halves * at + half], own, sums[r][half]);
-                    }
-                    seconds[r] = simd.mul_add_e_f32s(turned[at], simd.splat_f32s(narrow[r]), seconds[r]);
-                }
-            }
-            let mut second = [simd.splat_f32s(0.0)];
-            second[0] = simd.add_f32s(simd.add_f32s(seconds[0], seconds[1]), simd.add_f32s(seconds[2], seconds[3]));
-            let mut first = [simd.splat_f64s(0.0); 2];
-            for half in 0..halves {
-                let [a, b, c, d] = sums;
-                first[half] = simd.add_f64s(simd.add_f64s(a[half], b[half]), simd.add_f64s(c[half], d[half]));
-            }
-            let first = bytemuck::cast_slice::<S::f64s, f64>(&first);
-            let second = bytemuck::cast_slice::<S::f32s, f32>(&second);
-            let own = &mut s[part * second.len()..][..second.len()];
-            for ((s, first), second) in own.iter_mut().zip(first).zip(second) {
-                *s = first + 0.5 * f64::from(*second);
-            }
-        }
-    }
-}
-
-/// out_i += Σ (A + Qq)_ik v_k over all forms, on `n` fields: A in 64 bits, Qq in 32.
-#[inline(always)]
-pub fn add_near_transposed<S: Simd>(
-    simd: S,
-    (linear, turned): (&[f64], &[f32]),
-    (v, narrow): (&[f64], &[f32]),
-    n: usize,
-    out: &mut [f64],
-) {
-    let (side, halves) = (SIDE / <Single as Sums<S>>::LANES, halves::<S>());
-    let (linear, v) = (S::as_simd_f64s(linear).0, S::as_simd_f64s(v).0);
-    let (turned, narrow) = (S::as_simd_f32s(turned).0, S::as_simd_f32s(narrow).0);
-    for (block, out) in out.chunks_mut(ROWS).enumerate() {
-        let mut sums = [simd.splat_f64s(0.0); ROWS];
-        let mut seconds = [simd.splat_f32s(0.0); ROWS];
-        let forms = linear.chunks_exact(halves * side * n).zip(turned.chunks_exact(side * n));
-        for ((linear, turned), (v, narrow)) in forms.zip(v.chunks_exact(halves * side).zip(narrow.chunks_exact(side))) {
-            for part in 0..side {
-                for r in 0..ROWS {
-                    let at = (block * ROWS + r) * side + part;
-                    for half in 0..halves {
-                        sums[r] = simd.mul_add_e_f64s(linear[halves * at + half], v[halves * part + half], sums[r]);
-                    }
-                    seconds[r] = simd.mul_add_e_f32s(turned[at], narrow[part], seconds[r]);
-                }
-            }
-        }
-        for (r, out) in out.iter_mut().enumerate() {
-            *out += simd.reduce_sum_f64s(sums[r]) + f64::from(simd.reduce_sum_f32s(seconds[r]));
-        }
-    }
-}
-
 /// out = Σ c_k M_k of an even number of matrices whose tiles are in turn.
 #[inline(always)]
 pub fn combine<S: Simd, T: Sums<S>>(simd: S, tiles: &[f32], factors: &[T::Number], out: &mut [T::Number]) {
@@ -358,15 +282,11 @@ pub fn multiply<S: Simd, T: Sums<S>>(
     let sums = along.as_chunks::<ROWS>().0.as_chunks::<ROWS>().0.iter();
     let sums = sums.zip(across.as_chunks::<ROWS>().0.as_chunks::<ROWS>().0);
     for (out, (along, across)) in out.as_chunks_mut::<ROWS>().0.iter_mut().zip(sums) {
-        let [along, across] = [transposed(along), *across].map(|[a, b, c, d]| {
-            let mut sum = a;
-            for r in 0..ROWS {
-                sum[r] = T::sum([T::sum([a[r], b[r]]), T::sum([c[r], d[r]])]);
-            }
-            sum
-        });
+        let ([a, b, c, d], [e, f, g, h]) = (transposed(along), *across);
         for r in 0..ROWS {
-            out[r] = T::sum([along[r], across[r]]);
+            let along = T::sum([T::sum([a[r], b[r]]), T::sum([c[r], d[r]])]);
+            let across = T::sum([T::sum([e[r], f[r]]), T::sum([g[r], h[r]])]);
+            out[r] = T::sum([along, across]);
         }
     }
 }
@@ -410,16 +330,16 @@ fn transposed<N: Copy>([a, b, c, d]: &[[N; ROWS]; ROWS]) -> [[N; ROWS]; ROWS] {
     [[a[0], b[0], c[0], d[0]], [a[1], b[1], c[1], d[1]], [a[2], b[2], c[2], d[2]], [a[3], b[3], c[3], d[3]]]
 }
 
-/// The rows of a square, from the block at the diagonal on, of so many fields; zeros behind them.
+/// The rows of a square, from the block at the diagonal on, of so many fields; zeros behind them. Their first number is at `first`.
 #[inline(always)]
-pub fn unpack<N: Copy + Default>(blocks: &[N], n: usize, stride: usize, rows: &mut [N]) {
+pub fn unpack<N: Copy + Default>(blocks: &[N], n: usize, (stride, first): (usize, usize), rows: &mut [N]) {
     let mut blocks = blocks.as_chunks::<ROWS>().0.as_chunks::<ROWS>().0;
     let count = n.div_ceil(ROWS);
     for (b, rows) in rows.chunks_exact_mut(ROWS * stride).enumerate().take(count) {
         let (own, others) = blocks.split_at(count - b);
         blocks = others;
         for (r, row) in rows.chunks_exact_mut(stride).enumerate() {
-            let (row, behind) = row.as_chunks_mut::<ROWS>().0[b..].split_at_mut(own.len());
+            let (row, behind) = row.as_chunks_mut::<ROWS>().0[first / ROWS + b..].split_at_mut(own.len());
             for (out, block) in row.iter_mut().zip(own) {
                 *out = block[r];
             }
@@ -430,21 +350,21 @@ pub fn unpack<N: Copy + Default>(blocks: &[N], n: usize, stride: usize, rows: &m
     }
 }
 
-/// What lies by fields, of forms side by side, by rows of a form; of as many forms as there are rows.
+/// What lies by fields, of forms side by side, by rows of a form, whose first number is at `first`; there are rows for all that are side by side.
 #[inline(always)]
-pub fn by_forms<N: Copy>(fields: &[N], (m, stride): (usize, usize), rows: &mut [N]) {
-    for (block, rows) in fields.as_chunks::<SIDE>().0.chunks_exact(m).zip(rows.chunks_mut(SIDE * stride)) {
-        for (c, fields) in block.as_chunks::<ROWS>().0.iter().enumerate() {
-            for (k, rows) in rows.chunks_mut(ROWS * stride).enumerate() {
-                let own = transposed(&[
-                    fields[0].as_chunks().0[k],
-                    fields[1].as_chunks().0[k],
-                    fields[2].as_chunks().0[k],
-                    fields[3].as_chunks().0[k],
-                ]);
-                for (row, own) in rows.chunks_exact_mut(stride).zip(own) {
-                    row.as_chunks_mut::<ROWS>().0[c] = own;
-                }
+pub fn by_forms<N: Copy>(fields: &[N], (m, stride, first): (usize, usize, usize), rows: &mut [N]) {
+    for (block, rows) in fields.as_chunks::<SIDE>().0.chunks_exact(m).zip(rows.chunks_exact_mut(SIDE * stride)) {
+        for k in 0..SIDE / ROWS {
+            let (a, others) = rows[k * ROWS * stride..][..ROWS * stride].split_at_mut(stride);
+            let (b, others) = others.split_at_mut(stride);
+            let (c, d) = others.split_at_mut(stride);
+            let a = a[first..].as_chunks_mut::<ROWS>().0.iter_mut();
+            let rows = a.zip(b[first..].as_chunks_mut::<ROWS>().0).zip(c[first..].as_chunks_mut::<ROWS>().0);
+            let rows = rows.zip(d[first..].as_chunks_mut::<ROWS>().0);
+            for (x, (((a, b), c), d)) in block.as_chunks::<ROWS>().0.iter().zip(rows) {
+                let quads =
+                    [x[0].as_chunks().0[k], x[1].as_chunks().0[k], x[2].as_chunks().0[k], x[3].as_chunks().0[k]];
+                [*a, *b, *c, *d] = transposed(&quads);
             }
         }
     }
@@ -477,15 +397,15 @@ pub fn add<S: Simd, T: Sums<S>>(simd: S, a: &mut [T::Number], b: &[T::Number]) {
     }
 }
 
-/// square += LᵀR, from the diagonal on, over rows of forms; the square has a multiple of [`ROWS`].
+/// square += LᵀR, from the diagonal on, over rows of forms whose first number is at `first`; the square has a multiple of [`ROWS`].
 #[inline(always)]
 pub fn add_products<S: Simd, T: Sums<S>>(
     simd: S,
     sides: (&[T::Number], &[T::Number]),
-    stride: usize,
+    (stride, first): (usize, usize),
     square: &mut [T::Number],
 ) {
     for (block, own) in square.chunks_exact_mut(ROWS * stride).enumerate() {
-        add_outer::<S, T>(simd, sides, own, (ROWS * block, stride));
+        add_outer::<S, T>(simd, sides, own, (first + ROWS * block, stride));
     }
 }

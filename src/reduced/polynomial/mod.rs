@@ -14,6 +14,7 @@ mod evaluate;
 mod forms;
 mod gate;
 mod kernel;
+mod near;
 mod pairs;
 mod saved;
 
@@ -21,8 +22,9 @@ pub use evaluate::Room;
 pub use forms::{Sources, make};
 pub use gate::{Errors, Gate};
 
+use super::aligned::Aligned;
 use super::elastic::Scratch;
-use super::factor::{Factor, SIDE};
+use super::factor::{Factor, SIDE, row};
 use super::products::WIDTH;
 use crate::arithmetic::Arithmetic;
 use crate::energy::Curvature;
@@ -72,20 +74,20 @@ pub struct PolynomialEnergy {
     padded: usize,
     membrane: usize,
     /// w and 1/S² of each form.
-    weights: Vec<f64>,
-    bounds: Vec<f64>,
+    weights: Aligned<f64>,
+    bounds: Aligned<f64>,
     /// A, of [`SIDE`] forms side by side the fields.
-    linear: Vec<f64>,
+    linear: Aligned<f64>,
     /// Q, lower triangles, as many forms side by side ([`kernel::entry`]): all that is needed of them for s and its gradient.
-    lanes: Vec<f32>,
+    lanes: Aligned<f32>,
     /// Q again, and C₃, in tiles ([`kernel::tiled`]) for sums of an even number of matrices.
-    quadratic: Vec<f32>,
-    cubic: Vec<f32>,
+    quadratic: Aligned<f32>,
+    cubic: Aligned<f32>,
     /// C₂ and bending's rest Hessian ([`kernel::at`]).
-    bending: Vec<f64>,
-    stiffness: Vec<f64>,
+    bending: Aligned<f64>,
+    stiffness: Aligned<f64>,
     /// Above both C₂ and bending's rest Hessian, as symmetric matrices are.
-    convex: Vec<f64>,
+    convex: Aligned<f64>,
     narrow: Narrow,
     /// How near it is to the shell, as far as that was tried.
     pub gate: Gate,
@@ -95,33 +97,51 @@ pub struct PolynomialEnergy {
 
 /// What Hessians of 32 bits are made of beside.
 struct Narrow {
-    /// Numbers in a row of fields.
+    /// Numbers in a row of fields, and the place of the first ([`row`]).
     stride: usize,
-    /// A by rows of a form, and C₂.
-    linear: Vec<f32>,
-    bending: Vec<f32>,
+    first: usize,
+    /// A by rows of a form, in 64 bits as well, and Q of the forms that are not side by side ([`near::beside`]).
+    linear: Aligned<f32>,
+    straight: Aligned<f64>,
+    squares: Aligned<f32>,
+    /// C₂, and by rows of [`PolynomialEnergy::stride`] numbers.
+    bending: Aligned<f32>,
+    square: Aligned<f64>,
     /// Q once more, in 16 bits, two forms at a time ([`kernel::paired`]): they are half as long on the way here.
-    quadratic: Vec<u32>,
+    quadratic: Aligned<u32>,
 }
 
 impl Narrow {
     fn of(list: &[Form], bending: &DMatrix<f64>) -> Self {
         let n = bending.nrows();
-        let stride = n.max(1).next_multiple_of(SIDE);
-        let mut linear = vec![0.0; list.len() * stride];
-        for (row, form) in linear.chunks_exact_mut(stride).zip(list) {
-            row.iter_mut().zip(&form.linear).for_each(|(out, a)| *out = *a as f32);
+        let ((stride, first), padded) = (row(n), n.next_multiple_of(kernel::ROWS));
+        let mean = |matrix: &DMatrix<f64>, i: usize, j: usize| 0.5 * (matrix[(i, j)] + matrix[(j, i)]);
+        let mut straight = vec![0.0; list.len() * stride];
+        for (row, form) in straight.chunks_exact_mut(stride).zip(list) {
+            row[first..first + n].copy_from_slice(&form.linear);
         }
+        let last = &list[near::beside(list.len())..];
+        let mut squares = vec![0.0; last.len() * padded * stride];
+        for (rows, form) in squares.chunks_exact_mut((padded * stride).max(1)).zip(last) {
+            (0..n * n).for_each(|e| rows[e / n * stride + first + e % n] = mean(&form.quadratic, e / n, e % n) as f32);
+        }
+        let wide = n.next_multiple_of(WIDTH);
+        let mut square = vec![0.0; n * wide];
+        (0..n * n).for_each(|e| square[e / n * wide + e % n] = mean(bending, e / n, e % n));
         let (pairs, none) = (even(list.len()) / 2, DMatrix::zeros(n, n));
         let mut quadratic = vec![0; pairs * kernel::size(n)];
         for k in 0..pairs {
-            let [first, second] = [2 * k, 2 * k + 1].map(|k| list.get(k).map_or(&none, |form| &form.quadratic));
+            let [one, other] = [2 * k, 2 * k + 1].map(|k| list.get(k).map_or(&none, |form| &form.quadratic));
             for (i, j) in entries(n) {
-                let [a, b] = [first, second].map(|q| (0.5 * (q[(i, j)] + q[(j, i)])) as f32);
+                let [a, b] = [one, other].map(|q| mean(q, i, j) as f32);
                 quadratic[kernel::tiled(k, kernel::at(i, j, n), pairs)] = kernel::paired(a, b);
             }
         }
-        Self { stride, linear, bending: blocks_of(bending).iter().map(|x| *x as f32).collect(), quadratic }
+        let linear = straight.iter().map(|x| *x as f32).collect::<Vec<f32>>();
+        let bending = blocks_of(bending).iter().map(|x| *x as f32).collect::<Vec<f32>>();
+        let [linear, squares, bending] = [linear, squares, bending].map(Aligned::from);
+        let [straight, square] = [straight, square].map(Aligned::from);
+        Self { stride, first, linear, straight, squares, bending, square, quadratic: quadratic.into() }
     }
 }
 
@@ -151,15 +171,15 @@ impl PolynomialEnergy {
             forms,
             padded,
             membrane: *membrane,
-            weights,
-            bounds,
-            linear,
-            lanes,
-            quadratic: tiles(n, list.len(), |k, i, j| mean(&list[k].quadratic, i, j)),
-            cubic: tiles(n, n, |k, i, j| cubic[j.max(k)][if k > j { (j, i) } else { (i.max(k), i.min(k)) }]),
-            bending: blocks_of(bending),
-            stiffness: blocks_of(stiffness),
-            convex: blocks_of(&above(stiffness, bending)),
+            weights: weights.into(),
+            bounds: bounds.into(),
+            linear: linear.into(),
+            lanes: lanes.into(),
+            quadratic: tiles(n, list.len(), |k, i, j| mean(&list[k].quadratic, i, j)).into(),
+            cubic: tiles(n, n, |k, i, j| cubic[j.max(k)][if k > j { (j, i) } else { (i.max(k), i.min(k)) }]).into(),
+            bending: blocks_of(bending).into(),
+            stiffness: blocks_of(stiffness).into(),
+            convex: blocks_of(&above(stiffness, bending)).into(),
             narrow: Narrow::of(list, bending),
             gate: Gate::default(),
             arch: Arithmetic::default().arch(),
@@ -220,10 +240,11 @@ impl PolynomialEnergy {
 
     /// Bytes held.
     pub fn bytes(&self) -> usize {
-        let lists = [&self.lanes, &self.quadratic, &self.cubic, &self.narrow.linear, &self.narrow.bending];
-        let narrow = self.narrow.quadratic.len() + lists.iter().map(|list| list.len()).sum::<usize>();
+        let Narrow { linear, straight, squares, bending, square, quadratic, .. } = &self.narrow;
+        let lists = [&self.lanes, &self.quadratic, &self.cubic, linear, squares, bending];
+        let narrow = quadratic.len() + lists.iter().map(|list| list.len()).sum::<usize>();
         let wide = [&self.weights, &self.bounds, &self.linear, &self.bending, &self.stiffness, &self.convex];
-        4 * narrow + 8 * wide.iter().map(|list| list.len()).sum::<usize>()
+        4 * narrow + 8 * wide.iter().chain(&[straight, square]).map(|list| list.len()).sum::<usize>()
     }
 
     /// Multiplications of a shape with its gradient, and of a Hessian beside.
