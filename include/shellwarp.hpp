@@ -504,7 +504,10 @@ public:
     check(sw_state_bound_points(get(), binding.get(), &desc));
   }
 
-  /* After `steps` Newton steps of the full shell, for output alone. */
+  /* Newton steps of the full shell that go on from frame to frame, for output alone: once after a frame's steps, before positions_corrected. */
+  void correct(uint32_t steps) { check(sw_state_correct(get(), steps)); }
+
+  /* Where `correct` led, or else after `steps` Newton steps of the full shell, for output alone. */
   void positions_corrected(uint32_t steps, double *out, uint32_t n_vertices, uint32_t space = SW_SPACE_WORLD,
                            uint64_t stride = 0) const {
     check(sw_state_positions_corrected(get(), steps, space, SW_FORMAT_F64, out, stride, n_vertices));

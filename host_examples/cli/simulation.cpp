@@ -73,16 +73,17 @@ void step_to_next_frame(const Scene &scene, SupportMotion &supports, std::vector
   }
 }
 
-void record(const Scene &scene, uint32_t frame, const shellwarp::State &state, std::vector<float> &positions, Run &run,
+void record(const Scene &scene, uint32_t frame, shellwarp::State &state, std::vector<float> &positions, Run &run,
             PointCache *cache, Film *film, bool keep_states, const RenderMesh *render) {
   {
     Stopwatch stopwatch(run.position_seconds);
     const auto n_vertices = static_cast<uint32_t>(positions.size() / 3);
     if (scene.push_out)
       run.deepest_left = std::max(run.deepest_left, state.positions_outside(positions.data(), n_vertices));
-    else if (scene.correction_steps > 0)
+    else if (scene.correction_steps > 0) {
+      state.correct(scene.correction_steps);
       state.positions_corrected(scene.correction_steps, positions.data(), n_vertices);
-    else
+    } else
       state.positions(positions.data(), n_vertices);
   }
   run.all_finite &= std::all_of(positions.begin(), positions.end(), [](float x) { return std::isfinite(x); });

@@ -108,12 +108,22 @@ void ShellRunner::step_to(const Request &request, uint64_t frame, uint64_t key) 
 
 void ShellRunner::advance(const Inputs &inputs, uint64_t key, uint64_t frame, bool exact, bool teleport) {
   led_ = step(*state_, inputs, 1, teleport);
+  correct();
   live_ = frame;
   ++notes_.steps;
   missed_ = 0;
   for (const SwConstraintReport &report : state_->constraint_report()) missed_ += report.met == 0;
   deepest_ = static_cast<float>(state_->report().deepest_penetration);
   cache_.store(frame, {state_->save(), key, missed_, deepest_, static_cast<float>(inputs.stiffness_factor), exact, led_, seen(inputs, frame, key)});
+}
+
+// What is shown goes on from frame to frame. Where that fails, the motion goes on, and reading what is shown says why.
+void ShellRunner::correct() {
+  try {
+    state_->correct(correction_steps_);
+  } catch (const shellwarp::Error &) {
+    state_->correct(0);
+  }
 }
 
 // One of its own for inputs that have changed alone.

@@ -58,6 +58,7 @@ void ShellRunner::run(Request &request, const At &at) {
   const uint32_t support_fields = request.build.support_fields;
   if (!needs_support_fields_ || !request.follow) request.build.support_fields = 0;
   check_build(request.mesh, request.build);
+  correction_steps_ = request.correction_steps;
   check_handles(request);
   check_wind(request);
   check_map(request.mesh, "damping", request.motion.damping_map, true);

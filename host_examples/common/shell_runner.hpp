@@ -82,6 +82,7 @@ private:
   void return_to(const Request &request, uint64_t frame);
   void step_to(const Request &request, uint64_t frame, uint64_t key);
   void advance(const Inputs &inputs, uint64_t key, uint64_t frame, bool exact, bool teleport);
+  void correct();
   void show(const Request &request, const At &at);
   bool step(shellwarp::State &state, const Inputs &inputs, double frames, bool teleport) const;  // as stand
   bool stand(shellwarp::State &state, const Inputs &inputs, bool teleport) const;  // true: supports were moved
@@ -111,6 +112,7 @@ private:
   bool other_solids_ = false;          // than the state has
   bool led_ = false;                   // supports were moved in the state
   bool replaces_ = false;
+  uint32_t correction_steps_ = 0;      // of the request
   uint64_t live_ = 0;                  // the frame that the state has come to by itself; kLoaded: it was loaded
   static constexpr uint64_t kLoaded = ~uint64_t{0};
   std::vector<unsigned char> fresh_;   // the state before all

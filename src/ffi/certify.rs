@@ -5,13 +5,13 @@ use super::method::method_of;
 use super::model::vertex_rows;
 use super::output::{space_of, write_places};
 use super::precompute::answered;
-use super::state::{SwState, reading, switching};
+use super::state::{SwState, reading, switching, writing};
 use super::status::{Fault, SwStatus};
 use super::structs::{Described, Output, described};
 use crate::state::{Certificate, Method};
 use std::ffi::c_void;
 
-/// Of sw_state_positions_corrected: more would take as long as the full shell's own search.
+/// Of a correction: more would take as long as the full shell's own search.
 pub(super) const MOST_STEPS: u32 = 100;
 
 /// How far a state is from the full nonlinear shell, by an estimate. The caller sets struct_size with sw_certificate_init.
@@ -112,9 +112,35 @@ fn certificate_of(found: &Certificate, method: Method) -> SwCertificate {
     out
 }
 
-/// Positions (n_vertices x 3) after `steps` Newton steps of the full nonlinear shell from the state's pose, under the loads that are set now and the
-/// inertia that the method has. For output alone: the motion does not know of them, and no step costs more. A dial between the method and
-/// SW_METHOD_SHELL_IMPLICIT: from a reduced shell that is a few percent off, one step leaves about a fifth of the error and two less than
+/// Takes `steps` Newton steps of the full nonlinear shell toward where it balances the loads that are set now and the inertia that the method has, and keeps
+/// where they lead. A dial between the method and SW_METHOD_SHELL_IMPLICIT, for output alone: the motion does not know. Call it once a frame, after its
+/// steps; sw_state_positions_corrected and bound points with correction_steps show what is kept until the next step. It goes on from where the last call led,
+/// moved along with the method's pose, or from that pose where this leaves far less of the force. So one step a frame is enough also where the shell buckles, once it has
+/// caught up. A copy of the state has its own, and sw_state_save saves it: 8 bytes for each of 3 numbers a vertex and one an element of the energy.
+/// sw_state_reset, sw_state_set_method and whatever puts the shell elsewhere forget it. steps is 0 to 100; 0 forgets it. A nonlinear shell
+/// needs none. Each takes a factorization of the full shell's stiffness, and the first call its analysis, which the model keeps. Allocates.
+/// Errors: as sw_state_certify; what was kept before stays.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn sw_state_correct(state: *mut SwState, steps: u32) -> SwStatus {
+    // SAFETY: `writing` refuses NULL; the host passes a live state that no other thread uses.
+    unsafe {
+        writing(state, |state| {
+            check_steps(steps)?;
+            Ok(state.correct(steps as usize)?)
+        })
+    }
+}
+
+fn check_steps(steps: u32) -> Result<(), Fault> {
+    if steps > MOST_STEPS {
+        return Err(Fault::argument(format!("steps is {steps}: it must be at most {MOST_STEPS}")));
+    }
+    Ok(())
+}
+
+/// Positions (n_vertices x 3) where sw_state_correct led since the last step, or else where `steps` Newton steps of the full nonlinear shell lead from
+/// the state's pose, under the loads that are set now and the inertia that the method has. For output alone: the motion does not know of them, and no step costs more.
+/// From a reduced shell that is a few percent off, one step leaves about a fifth of the error and two less than
 /// a hundredth; from one that is far off, as where the shell buckles, they help less. sw_state_certify tells the error of the method's own pose.
 /// steps is 0 to 100; 0 gives sw_state_positions, as does a nonlinear shell. Each takes a factorization of the full shell's stiffness, and
 /// the first call its analysis, which the model keeps. Vertices that hard constraints hold stay. Allocates. Callable concurrently.
@@ -134,9 +160,7 @@ pub unsafe extern "C" fn sw_state_positions_corrected(
         reading(state, |state| {
             let rows = vertex_rows(state.model(), out, format, 3, stride, n_vertices)?;
             let space = space_of(space)?;
-            if steps > MOST_STEPS {
-                return Err(Fault::argument(format!("steps is {steps}: it must be at most {MOST_STEPS}")));
-            }
+            check_steps(steps)?;
             state.check_range(space, rows.largest_coordinate())?;
             write_places(&rows, &state.positions_corrected(space, steps as usize)?, "corrected")
         })

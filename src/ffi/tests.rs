@@ -124,6 +124,7 @@ fn status_calls<'a>(model: *mut SwModel, state: *mut SwState) -> Vec<Call<'a>> {
         sw_state_set_sag(state, -1.0, 0.0, null_mut()),
         sw_state_certify(state, null_mut()),
         sw_state_certify_watched(state, null_mut(), None, null_mut()),
+        sw_state_correct(state, MOST_STEPS + 1),
         sw_state_positions_corrected(state, 1, 0, 0, null_mut(), 0, 0),
         sw_state_fall_back(state, null_mut()),
         sw_state_set_method(state, 1),

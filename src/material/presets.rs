@@ -46,9 +46,10 @@ pub const PRESETS: [Preset; 11] = [
     },
     Preset {
         name: c"leather",
-        label: c"Leather, 2 mm (estimate)",
+        label: c"Leather, 2 mm",
         sheet: sheet(2e8, 0.4, 2e-3, 930.0),
-        source: c"All four are estimates of this project, for want of a source: E within 0.1 to 0.5 GPa, density within 800 to 1050 kg/m^3",
+        source: c"E 0.1 to 0.5 GPa, density 810 to 1050 kg/m^3: Materials Data Book, Cambridge University Engineering Department, 2003, as in Ashby, \
+            Materials Selection in Mechanical Design. Thickness is chosen, and so is Poisson's ratio",
     },
     Preset {
         name: c"oak-leaf",

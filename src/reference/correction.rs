@@ -25,6 +25,10 @@ const FALLS: usize = 8;
 /// A way shorter than this, in sizes, is none.
 const NOWHERE: f64 = 1e-12;
 
+/// Steps begin anew where going on leaves so many times as much of the force. What begins anew leaves about the load. Just after a snap what goes on leaves dozens of
+/// times that, and gets there all the same.
+const DROPPED: f64 = 1e3;
+
 /// What a correction is under.
 pub struct Load<'a> {
     /// The forces at displacements (n_vertices each).
@@ -52,6 +56,15 @@ pub struct Correction {
     pub short: f64,
     /// Factorizations that it took.
     pub factorizations: usize,
+}
+
+/// Where steps toward an equilibrium are.
+#[derive(Clone, Debug)]
+pub struct Correcting {
+    /// From the pose that they are of (n_vertices).
+    pub way: Vec<Vec3>,
+    /// The stress of each element that the last one foresaw (n_elements).
+    pub stress: Vec<f64>,
 }
 
 /// Steps at most in a round, and who hears of them.
@@ -82,8 +95,14 @@ impl Solver {
     }
 
     /// So many Newton steps from the displacements `start` of another method toward the same equilibrium, wherever they lead: the way there
-    /// (n_vertices). What hard constraints hold stays where it is.
-    pub fn step_toward(&mut self, start: &[Vec3], load: &Load, steps: usize) -> Result<Vec<Vec3>> {
+    /// (n_vertices). They go on from where `earlier` ones led unless that leaves far more of the force. What hard constraints hold stays where it is.
+    pub fn step_toward(
+        &mut self,
+        start: &[Vec3],
+        load: &Load,
+        steps: usize,
+        earlier: Option<&Correcting>,
+    ) -> Result<Correcting> {
         self.check_fields(&[("start", start)])?;
         self.place(start);
         let (shell, first) = (self.shell.clone(), self.x.clone());
@@ -96,11 +115,23 @@ impl Solver {
         let points = Self::points(points);
         let potential = Potential { shell: &shell, origin, load: &forces, step: None, constraints, points };
         newton.foreign = true;
-        let followed = newton.follow_mixed(&potential, x, steps);
+        let mut stress = vec![];
+        newton.begin(&potential, x, &mut stress);
+        if let Some(Correcting { way, stress: foreseen }) = earlier {
+            let mut way = way.clone();
+            constraints.project(&mut way);
+            let there: Vec<Vec3> = first.iter().zip(&way).map(|(x, way)| x + way).collect();
+            let here = newton.mixed_force(&potential, &first, &stress);
+            if newton.mixed_force(&potential, &there, foreseen) < DROPPED * here {
+                x.copy_from_slice(&there);
+                stress.clone_from(foreseen);
+            }
+        }
+        let followed = newton.follow_mixed(&potential, x, &mut stress, steps);
         newton.foreign = false; // others use it next
         followed?;
         free.align(&shell, &mut self.x, &first);
-        Ok(self.x.iter().zip(&first).map(|(x, first)| x - first).collect())
+        Ok(Correcting { way: self.x.iter().zip(&first).map(|(x, first)| x - first).collect(), stress })
     }
 
     fn correct_in_rounds(&mut self, start: &[Vec3], load: &Load, (solves, watch): Watched) -> Result<Correction> {

@@ -240,7 +240,7 @@ impl Newton {
     }
 
     /// The first stress.
-    fn begin(&mut self, potential: &Potential, x: &[Vec3], stress: &mut Vec<f64>) {
+    pub(super) fn begin(&mut self, potential: &Potential, x: &[Vec3], stress: &mut Vec<f64>) {
         foresee(potential, &mut self.parts, [x, x], stress);
         let membrane = &mut stress[..potential.shell.energy.n_membrane()];
         if self.foreign {
@@ -301,24 +301,33 @@ impl Newton {
         Ok(self.mixed_direction(potential, x, bare, (shift, unstable))?.then_some(true))
     }
 
-    /// Moves `x` by so many steps, wherever they lead.
-    pub(super) fn follow_mixed(&mut self, potential: &Potential, x: &mut [Vec3], steps: usize) -> Result<()> {
-        let mut stress = std::mem::take(&mut self.stress);
+    /// Moves `x` by so many steps, wherever they lead, from a `stress` on to the one that the last step foresaw.
+    pub(super) fn follow_mixed(
+        &mut self,
+        potential: &Potential,
+        x: &mut [Vec3],
+        stress: &mut Vec<f64>,
+        steps: usize,
+    ) -> Result<()> {
         self.made_at = None;
-        self.begin(potential, x, &mut stress);
         for _ in 0..steps {
             potential.gradient_in(&mut self.parts, x, &mut self.gradient);
-            let (wanted, mut shift) = ((&mut stress, [0.0, 0.0], false), Shift::default());
+            let (wanted, mut shift) = ((&mut *stress, [0.0, 0.0], false), Shift::default());
             if self.next_direction(potential, x, wanted, (&mut shift, Unstable::Shift))?.is_none() {
                 break;
             }
             self.step_in_reach(potential, x, &mut shift);
-            foresee(potential, &mut self.parts, [x, &self.trial], &mut stress);
+            foresee(potential, &mut self.parts, [x, &self.trial], stress);
             x.copy_from_slice(&self.trial);
         }
-        self.stress = stress;
         self.made_at = None;
         Ok(())
+    }
+
+    /// What a stress at `x` leaves of the force.
+    pub(super) fn mixed_force(&mut self, potential: &Potential, x: &[Vec3], stress: &[f64]) -> f64 {
+        potential.mixed_gradient(&mut self.parts, x, stress, &mut self.gradient);
+        free_norm(potential.shell, &self.gradient)
     }
 
     /// trial ← x + Δ, or as much of Δ as is in reach.

@@ -23,7 +23,7 @@ use crate::features::Feature;
 use crate::methods::{self, Acting, Reaction};
 use crate::point_energy::{InFrame, PointEnergy};
 use crate::reference::{self, Load, Solver, mass_norm as norm};
-use crate::support::{FrameMotion, Pose};
+use crate::support::FrameMotion;
 use crate::{Error, ErrorKind, Result, Vec3, rotation};
 use nalgebra::UnitQuaternion;
 use std::sync::Arc;
@@ -130,37 +130,9 @@ impl State {
         })
     }
 
-    /// Positions (n_vertices) after so many Newton steps of the full shell from where the method has them, under the loads that are set now and
-    /// the inertia that the method has. The motion does not know of them. Each takes a factorization of the full shell's stiffness.
-    pub fn positions_corrected(&self, space: Space, steps: usize) -> Result<Vec<Vec3>> {
-        let mut x = crate::error::try_zeroed("the positions", self.model.shell.mass.len())?;
-        if steps == 0 || self.motion.is_full_shell() {
-            self.positions(space, |v, place| x[v] = place);
-            return Ok(x);
-        }
-        Feature::NonlinearShell.require()?;
-        self.refuse_moving_rest("a correction")?;
-        let judging = self.judging_points(&mut self.contacts.clone(), None);
-        let way = self.with_full_shell(judging.as_ref(), |solver, u, load| {
-            solver.join(judging.clone());
-            let way = solver.step_toward(u, load, steps);
-            solver.join(None); // others use it next
-            way
-        })?;
-        self.positions(Space::Frame, |v, place| x[v] = place + way[v]);
-        if !x.iter().flatten().all(|x| x.is_finite()) {
-            return Err(Error::new(ErrorKind::Numerical, "the corrected positions leave the range of numbers"));
-        }
-        if space == Space::World {
-            let Pose { origin, rotation } = self.frame.pose;
-            x.iter_mut().for_each(|x| *x = origin + rotation * *x);
-        }
-        Ok(x)
-    }
-
     /// Calls `body` with a solver of the full shell under the constraints, the displacements (n_vertices), and the load that balances the
     /// method's inertia.
-    fn with_full_shell<T>(
+    pub(super) fn with_full_shell<T>(
         &self,
         judging: Option<&InFrame>,
         body: impl FnOnce(&mut Solver, &[Vec3], &Load) -> Result<T>,

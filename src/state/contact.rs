@@ -182,8 +182,9 @@ impl State {
         Ok(())
     }
 
-    /// Nothing touches: the shell is elsewhere.
-    pub(super) fn forget_contacts(&mut self) {
+    /// Nothing touches and corrections begin anew: the shell is elsewhere.
+    pub(super) fn forget_past(&mut self) {
+        self.correction = None;
         if let Some(contacts) = &mut self.contacts {
             contacts.forget();
         }

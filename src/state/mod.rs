@@ -2,6 +2,7 @@
 
 mod certify;
 mod contact;
+mod correct;
 mod look;
 mod moving_rest;
 mod output;
@@ -27,6 +28,7 @@ use crate::support::{Axes, Frame, FrameMotion, Passage, Pose, Rates};
 use crate::{Error, ErrorKind, Model, Result, Vec3};
 pub use certify::{Certificate, LARGEST_ERROR};
 pub use contact::{MOST_OBSTACLES, Outside};
+use correct::Correction;
 use moving_rest::MovingRest;
 pub use output::{Outward, Report, Shown};
 use rest::Rest;
@@ -82,6 +84,8 @@ pub struct State {
     /// As they were asked for, for another method.
     damping: Damping,
     integrator: Integrator,
+    /// What the next one goes on from.
+    correction: Option<Box<Correction>>,
 }
 
 /// Forces that depend on the shape are taken anew at an equilibrium until they change by less than this part of themselves, and at most
@@ -129,6 +133,7 @@ impl State {
             tempo: Tempo::default(),
             damping: Damping::default(),
             integrator,
+            correction: None,
             model,
         })
     }
@@ -154,6 +159,7 @@ impl State {
             tempo: self.tempo,
             damping: self.damping.clone(),
             integrator: self.integrator,
+            correction: self.correction.clone(),
         };
         copy.make_room_for_contacts();
         Ok(copy)
@@ -195,7 +201,7 @@ impl State {
             rest.stop();
             self.carry_motion();
         }
-        self.forget_contacts();
+        self.forget_past();
         self.time = 0.0;
         self.frame = Frame::at_rest(self.frame.target);
         self.rates = Rates::default();
@@ -379,7 +385,7 @@ impl State {
                 self.motion.set_amplitudes(q, &q_dot)?;
             }
         }
-        self.forget_contacts();
+        self.forget_past();
         self.rest.wake();
         Ok(())
     }
@@ -395,6 +401,9 @@ impl State {
 
     /// By so many seconds, of which `h` is the time that the loads and rates are by.
     fn advance(&mut self, seconds: f64, h: f64) -> Result<()> {
+        if let Some(correction) = &mut self.correction {
+            correction.pass();
+        }
         if self.rest.skips(h) {
             self.time += seconds;
             return Ok(());
@@ -543,6 +552,9 @@ impl State {
             self.contacts = contacts;
             self.carry_motion();
             return found;
+        }
+        if let Some(correction) = &mut self.correction {
+            correction.pass();
         }
         self.frame = self.frame.moving_at(&rates);
         self.rates = rates;

@@ -296,7 +296,7 @@ impl State {
                 return Err(error);
             }
             self.carry_motion();
-            self.forget_contacts();
+            self.forget_past();
             self.rest.wake();
             return Ok(());
         };
@@ -314,7 +314,7 @@ impl State {
     pub fn clear_rest(&mut self) {
         if self.moving_rest.take().is_some() {
             self.carry_motion();
-            self.forget_contacts();
+            self.forget_past();
         }
         self.rest.wake();
     }

@@ -37,7 +37,7 @@ impl State {
             }
         }
         self.motion.project_from(&u, &rate)?;
-        self.forget_contacts();
+        self.forget_past();
         self.rest.wake();
         let (shell, mut square) = (&self.model.shell, 0.0);
         let add = |v: usize, now: Vec3| square += shell.mass[v] * (now - shell.mesh.positions[v] - u[v]).norm_squared();

@@ -5,7 +5,8 @@
 //! is refused. A state without solids has version 2, one with them version 3. Where supports moved it is version 4: after the unknowns
 //! come how many supports there are and, three numbers each, where they are in the frame and their rates, and then the solids, none too. Where
 //! the rest shape moved it is version 5: in the place of supports come the number of vertices, whether the shape was placed without a step since, its stretch
-//! and, for each vertex, its place, turn and both their rates. In a state whose rest shape moves one of an older version leaves that where it was sent.
+//! and, for each vertex, its place, turn and both their rates. Where a correction is kept the version's second byte is 1, and before the checksum come whether
+//! it is of this pose, its way and its stresses. In a state whose rest shape moves one of an older version leaves that where it was sent.
 
 use super::moving_rest::{MovingRest, VERTEX_DOUBLES};
 use super::{MOST_OBSTACLES, Method, State};
@@ -25,6 +26,8 @@ const WITH_CONTACTS: u16 = 3;
 const WITH_SUPPORTS: u16 = 4;
 /// Of one whose rest shape moves.
 const WITH_REST: u16 = 5;
+/// Beside one of these: a correction is kept.
+const WITH_CORRECTION: u16 = 0x100;
 /// Bytes that tell what the rest is.
 pub const HEADER: usize = 24;
 const FIXED_DOUBLES: usize = 15;
@@ -42,7 +45,8 @@ impl State {
         });
         let moved = self.support_doubles() + self.moving_rest.as_ref().map_or(0, |_| self.rest_doubles());
         let none = if moved > 0 && self.contacts.is_none() { 2 } else { 0 };
-        HEADER + 8 * (self.motion_doubles() + moved + contacts + none) + 8
+        let correction = self.correction.as_ref().map_or(0, |_| self.correction_doubles());
+        HEADER + 8 * (self.motion_doubles() + moved + contacts + none + correction) + 8
     }
 
     /// Of the model, and of the stiffness factor, by which rates are.
@@ -57,7 +61,7 @@ impl State {
             |contacts: &Contacts| OBSTACLE_DOUBLES * contacts.obstacles.len() + CONTACT_DOUBLES * contacts.capacity();
         let contacts = 2 + self.contacts.as_deref().map_or(OBSTACLE_DOUBLES * MOST_OBSTACLES, room);
         let moved = (1 + 6 * supported(&self.model.shell).len()).max(self.rest_doubles());
-        (least..=least + 8 * (contacts + moved) as u64).contains(&size)
+        (least..=least + 8 * (contacts + moved + self.correction_doubles()) as u64).contains(&size)
     }
 
     /// Numbers about supports.
@@ -85,7 +89,8 @@ impl State {
             (None, Some(_)) => WITH_CONTACTS,
             (None, None) => VERSION,
         };
-        bytes.extend(version.to_le_bytes());
+        let correction = self.correction.as_ref().map_or(0, |_| WITH_CORRECTION);
+        bytes.extend((version | correction).to_le_bytes());
         bytes.extend((self.method().number() as u16).to_le_bytes());
         bytes.extend(self.mark().to_le_bytes());
         bytes.extend((self.motion.n_unknowns() as u64).to_le_bytes());
@@ -109,8 +114,11 @@ impl State {
                 contacts.saved_counts().iter().for_each(|n| push(&(*n as f64)));
                 contacts.save(&mut |x| push(&x));
             }
-            None if version >= WITH_SUPPORTS => [0.0; 2].iter().for_each(push),
+            None if version >= WITH_SUPPORTS => [0.0; 2].iter().for_each(&mut push),
             None => (),
+        }
+        if let Some(correction) = &self.correction {
+            correction.save(&mut push);
         }
         bytes.extend(xxh3_64(&bytes).to_le_bytes());
         bytes
@@ -119,6 +127,7 @@ impl State {
     /// Restores what [`State::save`] gave, on the same model. Fails without changing anything on damaged or foreign bytes.
     pub fn load(&mut self, bytes: &[u8]) -> Result<()> {
         let numbers = self.checked_numbers(bytes)?;
+        let (numbers, correction) = self.without_correction(bytes, &numbers);
         let (motion, others) = numbers.split_at(self.motion_doubles());
         let with_rest = bytes[4] == WITH_REST as u8;
         let moved = match bytes[4] == WITH_SUPPORTS as u8 {
@@ -159,9 +168,16 @@ impl State {
         let touched = contacts.first().is_some_and(|obstacles| *obstacles > 0.0);
         match &mut self.contacts {
             Some(own) if touched => own.load(&contacts[2..]),
-            _ => self.forget_contacts(),
+            _ => self.forget_past(),
         }
+        self.restore_correction(correction);
         Ok(())
+    }
+
+    /// The numbers of a saved state before those of a correction, and these.
+    fn without_correction<'a>(&self, bytes: &[u8], numbers: &'a [f64]) -> (&'a [f64], &'a [f64]) {
+        let own = if bytes[5] == 1 { self.correction_doubles().min(numbers.len()) } else { 0 };
+        numbers.split_at(numbers.len() - own)
     }
 
     /// Fails unless the first [`HEADER`] bytes are of a saved state of this library's version and this state's method.
@@ -170,15 +186,15 @@ impl State {
             return invalid(format!("these {} bytes are not a saved state", bytes.len()));
         }
         let half = |at: usize| u16::from_le_bytes([bytes[at], bytes[at + 1]]);
-        match (half(4), half(6)) {
+        match (half(4) & !WITH_CORRECTION, half(6)) {
             (VERSION | WITH_CONTACTS | WITH_SUPPORTS | WITH_REST, _) => (),
             (1, 0) => {
                 let unsaid = "the saved state has format version 1, which does not say its method";
                 return invalid(format!("{unsaid}; this library reads {VERSION} to {WITH_REST}: save it anew"));
             }
-            (version, _) => {
+            _ => {
                 let reads = format!("this library reads {VERSION} to {WITH_REST}");
-                return invalid(format!("the saved state has format version {version}; {reads}"));
+                return invalid(format!("the saved state has format version {}; {reads}", half(4)));
             }
         }
         let (own, number) = (self.method(), u32::from(half(6)));
@@ -195,7 +211,8 @@ impl State {
         self.check_saved_kind(bytes)?;
         let (found, expected) = (word(bytes, 16), self.motion.n_unknowns() as u64);
         let body = bytes.len() - 8;
-        let least = HEADER + 8 * self.motion_doubles();
+        let correction = if bytes[5] == 1 { self.correction_doubles() } else { 0 };
+        let least = HEADER + 8 * (self.motion_doubles() + correction);
         let short = if bytes[4] == VERSION as u8 { body != least } else { body <= least };
         if found != expected || short || !body.is_multiple_of(8) {
             let sizes = format!("{} bytes for {found} unknowns", bytes.len());
@@ -212,7 +229,11 @@ impl State {
         if numbers.iter().any(|x| !x.is_finite()) || (turn - 1.0).abs() > 1e-9 || numbers[0] < 0.0 {
             return invalid("the saved state holds numbers out of range");
         }
-        let (motion, rest) = numbers.split_at(self.motion_doubles());
+        let (checked, correction) = self.without_correction(bytes, &numbers);
+        if bytes[5] == 1 {
+            self.check_saved_correction(correction)?;
+        }
+        let (motion, rest) = checked.split_at(self.motion_doubles());
         let moved = match u16::from(bytes[4]) {
             WITH_SUPPORTS => self.check_saved_supports(rest)?,
             WITH_REST => self.check_saved_rest(rest)?,

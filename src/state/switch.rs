@@ -36,6 +36,7 @@ impl State {
         let changed = self.apply_damping(&self.damping.clone()).and_then(|()| self.make_room());
         match changed {
             Ok(()) => {
+                self.correction = None;
                 self.carry_motion();
                 self.make_room_for_contacts();
             }

@@ -1,6 +1,6 @@
 //! What a proxy of an asset is off: its frequencies and its displacements against those of the asset simulated itself, and of that what following leaves. As it is, and calibrated.
 //!
-//! usage: assets [--parts] [--docs FILE]
+//! usage: assets [--parts] [--only ASSET] [--docs FILE]
 //!
 //! `--parts` tells of the hat alone how much of its error is the shape, the triangles and following.
 #![allow(missing_docs)]
@@ -47,13 +47,25 @@ fn asset(
     Asset { name, positions, triangles, held }
 }
 
-fn assets() -> [Asset; 4] {
+/// Whether a head is there for the hat to sit on.
+fn band(x: &Vec3) -> bool {
+    (x.x.hypot(x.z + 6.0) - 10.0).abs() < 2.0 && (x.y - 168.6).abs() < 5.0
+}
+
+/// The others are held at the stem, the collar, the feet.
+fn assets() -> [Asset; 5] {
     let leaf = leaf(3).mesh;
-    // The head's band, the collar, the feet.
-    let band = |x: &Vec3| (x.x.hypot(x.z + 6.0) - 10.0).abs() < 2.0 && (x.y - 168.6).abs() < 5.0;
+    let hat = read_obj("character_hat.obj");
+    let fine_hat = {
+        let held: Vec<bool> = hat.0.iter().map(band).collect();
+        let (positions, triangles, held) = halved(&hat.0, &hat.1, &held);
+        let held = (0..positions.len() as u32).filter(|v| held[*v as usize]).collect();
+        Asset { name: "hat, each triangle in four", positions, triangles, held }
+    };
     [
         asset("leaf", (leaf.positions.clone(), leaf.triangles.clone()), |x| x.x < 0.06),
-        asset("hat", read_obj("character_hat.obj"), band),
+        asset("hat", hat, band),
+        fine_hat,
         asset("shirt", read_obj("shirt.obj"), |x| x.y > 145.0),
         asset("dinosaur", read_obj("dinosaur.obj"), |x| x.y < 0.02),
     ]
@@ -302,16 +314,20 @@ fn main() {
         "| asset | calibrated | pulls, % | pressure, % | gravity, five times as far, % |\n|---|---|---|---|---|\n",
     );
     if arguments.iter().any(|a| a == "--parts") {
-        let mut table = String::new();
-        parts(&assets()[1], &mut table);
-        println!("{table}");
-        if let Some(at) = arguments.iter().position(|a| a == "--docs") {
-            docs::put_section(&arguments[at + 1], "parts", &table).unwrap();
+        for (asset, section) in assets()[1..3].iter().zip(["parts", "fine parts"]) {
+            let mut table = String::new();
+            parts(asset, &mut table);
+            println!("{table}");
+            if let Some(at) = arguments.iter().position(|a| a == "--docs") {
+                docs::put_section(&arguments[at + 1], section, &table).unwrap();
+            }
         }
         return;
     }
     println!("{table}");
-    assets().iter().for_each(|asset| rows(asset, &mut table, &mut others));
+    let only = arguments.iter().position(|a| a == "--only").map(|at| &arguments[at + 1]);
+    let wanted = |asset: &&Asset| only.is_none_or(|name| name == asset.name);
+    assets().iter().filter(wanted).for_each(|asset| rows(asset, &mut table, &mut others));
     if let Some(at) = arguments.iter().position(|a| a == "--docs") {
         docs::put_section(&arguments[at + 1], "assets", &table).unwrap();
         docs::put_section(&arguments[at + 1], "others", &others).unwrap();

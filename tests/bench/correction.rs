@@ -3,7 +3,9 @@
 //! Loads are those of `front/scenes.rs` that were never trained on. Each is balanced by the full shell, by the reduced one, and by so many steps from
 //! there.
 //!
-//! usage: correction [--docs FILE] [SHELL ...]
+//! And how far so many steps a frame take frames of a load that changes slowly, from the reduced shell's pose and from where the last frame's led.
+//!
+//! usage: correction [--docs FILE] [frames] [SHELL ...]
 #![allow(missing_docs)]
 
 #[path = "../common/mod.rs"]
@@ -51,13 +53,19 @@ fn spread(mut list: Vec<f64>, scale: f64) -> String {
     format!("{} / {} / {}", short(at(0.5)), short(at(0.9)), short(at(1.0)))
 }
 
+fn model_of(scene: &Scene) -> Arc<Model> {
+    let shell = &scene.shell;
+    let reduced =
+        reduced::Options { fields: 40, poses: reduced::default_poses(shell.mass.len()), ..Default::default() };
+    let options = Options { modes: 8, reduced, ..Options::default() };
+    Arc::new(Model::precompute(shell.clone(), &options, &mut |_, _| Ok(())).unwrap())
+}
+
 fn poses(scene: &Scene) -> Vec<Pose> {
     let shell = &scene.shell;
     let n = shell.mass.len();
     let rest = vec![Vec3::zeros(); n];
-    let reduced = reduced::Options { fields: 40, poses: reduced::default_poses(n), ..Default::default() };
-    let options = Options { modes: 8, reduced, ..Options::default() };
-    let model = Arc::new(Model::precompute(shell.clone(), &options, &mut |_, _| Ok(())).unwrap());
+    let model = model_of(scene);
     let mut solver = Solver::new(shell.clone()).unwrap();
     let search = EquilibriumOptions { max_iterations: 300, ..Default::default() };
     let mut poses = vec![];
@@ -113,9 +121,86 @@ fn row(scene: &Scene, aim: f64, poses: &[&Pose]) -> String {
     )
 }
 
+/// Frames of a load that grows from a fifth and turns to both sides by so many radians.
+const FRAMES: usize = 60;
+const TURN: f64 = 0.35;
+const PATH_AIMS: [f64; 3] = [0.05, 0.1, 0.2];
+
+/// What is shown of a frame: the reduced shell's own pose, so many steps from there, or from where the last frame's led.
+const WAYS: [(usize, bool); 5] = [(0, false), (1, false), (1, true), (2, true), (3, true)];
+
+fn path_rows(scene: &Scene, table: &mut String) {
+    let shell = &scene.shell;
+    let (model, rest) = (model_of(scene), vec![Vec3::zeros(); shell.mass.len()]);
+    let mut solver = Solver::new(shell.clone()).unwrap();
+    let search = EquilibriumOptions { max_iterations: 300, ..Default::default() };
+    for aim in PATH_AIMS {
+        let (mut errors, mut seconds) = (WAYS.map(|_| vec![]), [0.0; WAYS.len()]);
+        let mut moves = vec![];
+        for load in scene.loads(List::First) {
+            let Action::Forces(forces) = &load.action else { continue };
+            let little: Vec<Vec3> = forces.iter().map(|f| f * (LITTLE * shell.total_mass)).collect();
+            let Ok(linear) = solver.equilibrium(&rest, &little, &search, &mut |_| Ok(())) else { continue };
+            let whole = aim * shell.mesh.size / largest(&linear.displacement);
+            let mut states = WAYS.map(|_| State::new(model.clone(), Method::ReducedShell, Integrator::Exact).unwrap());
+            let mut exact = rest.clone();
+            for frame in 0..=FRAMES {
+                let t = frame as f64 / FRAMES as f64 * std::f64::consts::PI;
+                let (sin, cos) = (TURN * (2.0 * t).sin()).sin_cos();
+                let factor = whole * (0.6 - 0.4 * t.cos());
+                let turned = |f: &Vec3| factor * Vec3::new(cos * f.x - sin * f.y, sin * f.x + cos * f.y, f.z);
+                let forces: Vec<Vec3> = little.iter().map(turned).collect();
+                let Ok(found) = solver.equilibrium(&exact, &forces, &search, &mut |_| Ok(())) else { break };
+                moves.push(mass_error(shell, &exact, &found.displacement));
+                exact = found.displacement;
+                for (((steps, goes_on), state), way) in WAYS.iter().zip(&mut states).zip(0..) {
+                    state.set_forces((0u32..).zip(forces.clone()).filter(|(_, f)| *f != Vec3::zeros()), false).unwrap();
+                    if state.equilibrium().is_err() {
+                        continue;
+                    }
+                    let started = Instant::now();
+                    if *goes_on {
+                        state.correct(*steps).unwrap();
+                    }
+                    let x = state.positions_corrected(Space::Frame, *steps).unwrap();
+                    seconds[way] += started.elapsed().as_secs_f64();
+                    let u: Vec<Vec3> = x.iter().zip(&shell.mesh.positions).map(|(x, rest)| x - rest).collect();
+                    errors[way].push(mass_error(shell, &u, &exact));
+                }
+            }
+        }
+        let frames = moves.len();
+        let cells = errors.map(|list| spread(list, 100.0)).join(" | ");
+        let times =
+            seconds[1..].iter().map(|s| format!("{:.0}", 1e3 * s / frames as f64)).collect::<Vec<_>>().join(", ");
+        let row = format!("| {} | {aim} | {frames} | {} | {cells} | {times} |\n", scene.key, spread(moves, 100.0));
+        print!("{row}");
+        table.push_str(&row);
+    }
+}
+
+fn paths(shells: &[String], docs: Option<&String>) {
+    let mut table = format!(
+        "Error in % by mass, median / 90th percentile / worst of frames of loads that grow from a fifth over {FRAMES} frames and turn by {TURN} rad to both sides, against the full \
+         shell's equilibrium that goes on from frame to frame; `make bench-correction` on {} (load {}).\n\n\
+         | shell | aim | frames | a frame's own way | reduced | 1 step | 1 a frame | 2 a frame | 3 a frame | ms a frame |\n\
+         |---|---|---|---|---|---|---|---|---|---|\n",
+        docs::machine(),
+        docs::load()
+    );
+    let wanted = |scene: &&Scene| shells.is_empty() || shells.iter().any(|key| key == scene.key);
+    scenes::all().iter().filter(wanted).for_each(|scene| path_rows(scene, &mut table));
+    if let Some(file) = docs {
+        docs::put_section(file, "frames", &table).unwrap();
+    }
+}
+
 fn main() {
     let mut arguments: Vec<String> = std::env::args().skip(1).collect();
     let docs = arguments.iter().position(|a| a == "--docs").map(|i| arguments.drain(i..i + 2).nth(1).expect("a file"));
+    if arguments.first().is_some_and(|a| a == "frames") {
+        return paths(&arguments[1..], docs.as_ref());
+    }
     let mut table = format!(
         "Error in % by mass, median / 90th percentile / worst of poses at rest, against the full shell's equilibrium from rest; `make bench-correction` on \
          {} (load {}). Aims: displacements to first order, in sizes. The reduced shell has 40 fields beside 8 modes.\n\n\

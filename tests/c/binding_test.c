@@ -183,6 +183,17 @@ static void bound_points_are_pushed_out_and_corrected_as_the_shell_is(void) {
     off = fmax(off, distance(corrected[j], on_vertices[j]));
   }
   CHECK(way > 1e-3 && off < 1e-5); /* displacements of a few in 32 bits */
+  /* What is kept is shown, whatever is asked for, until it is forgotten. */
+  static double kept[STRIP_VERTICES][3];
+  OK(sw_state_correct(state, 2));
+  OK(sw_state_positions_corrected(state, 1, SW_SPACE_WORLD, SW_FORMAT_F64, kept, 0, STRIP_VERTICES));
+  CHECK(memcmp(kept, corrected, sizeof kept) == 0);
+  FAILS(sw_state_correct(state, 101), SW_ERROR_INVALID_ARGUMENT, "steps is 101");
+  OK(sw_state_positions_corrected(state, 1, SW_SPACE_WORLD, SW_FORMAT_F64, kept, 0, STRIP_VERTICES));
+  CHECK(memcmp(kept, corrected, sizeof kept) == 0);
+  OK(sw_state_correct(state, 0));
+  OK(sw_state_positions_corrected(state, 1, SW_SPACE_WORLD, SW_FORMAT_F64, kept, 0, STRIP_VERTICES));
+  CHECK(memcmp(kept, corrected, sizeof kept) != 0);
   read.flags = SW_BOUND_OUTSIDE;
   FAILS(sw_state_bound_points(state, at_vertices, &read), SW_ERROR_INVALID_ARGUMENT, "not both");
   read.flags = 0;

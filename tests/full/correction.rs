@@ -67,6 +67,90 @@ fn no_step_leaves_the_positions_and_steps_leave_the_motion() {
     assert_eq!(state.positions_corrected(Space::World, 2).unwrap(), own);
 }
 
+/// Frames of a load that grows and turns, evenly; and the share of the last that it has at the first.
+const FRAMES: usize = 30;
+const FIRST: f64 = 0.2;
+
+#[test]
+fn one_step_a_frame_catches_up_where_a_shell_snaps() {
+    let model = model(reference("v_beam").0, 24, 20);
+    let (shell, rest) = (&model.shell, &model.shell.mesh.positions);
+    let mut solver = Solver::new(shell.clone()).unwrap();
+    let mut state = State::new(model.clone(), Method::ReducedShell, Integrator::Exact).unwrap();
+    let mut exact = vec![Vec3::zeros(); rest.len()];
+    let whole = gravity(shell, [0.4, 0.5, -0.77], 0.2);
+    let mut errors = vec![];
+    for frame in 0..=FRAMES {
+        let t = frame as f64 / FRAMES as f64;
+        let turn = nalgebra::Rotation3::from_axis_angle(&Vec3::z_axis(), 0.5 * t);
+        let forces: Vec<Vec3> = whole.iter().map(|f| turn * f * (FIRST + (1.0 - FIRST) * t)).collect();
+        exact = solver.equilibrium(&exact, &forces, &Default::default(), &mut |_| Ok(())).unwrap().displacement;
+        state.set_forces((0u32..).zip(forces), false).unwrap();
+        state.equilibrium().unwrap();
+        let off = |state: &State, steps: usize| {
+            let x = state.positions_corrected(Space::Frame, steps).unwrap();
+            let u: Vec<Vec3> = x.iter().zip(rest).map(|(x, rest)| x - rest).collect();
+            mass_error(shell, &u, &exact)
+        };
+        let mut anew = state.try_clone().unwrap();
+        anew.correct(0).unwrap();
+        let [own, alone] = [0, 1].map(|steps| off(&anew, steps));
+        state.correct(1).unwrap();
+        errors.push([own, alone, off(&state, 1)]);
+    }
+    println!("{errors:?}");
+    // The full shell snaps at the 19th frame, and the reduced one goes to another branch. Steps that go on are there a dozen frames later.
+    let [own, alone, on] = errors[FRAMES];
+    assert!(own > 0.2 && alone > 0.2 && on < 0.01, "{own} {alone} {on}");
+    assert!(errors[..FRAMES / 2].iter().all(|[_, alone, on]| on <= alone), "{errors:?}");
+}
+
+#[test]
+fn what_is_kept_is_shown_until_the_next_step_copied_and_saved() {
+    let model = model(leaf(1), 12, 8);
+    let mut state = State::new(model.clone(), Method::ReducedShell, Integrator::Exact).unwrap();
+    state.set_gravity(Vec3::new(0.0, 0.3, -1.0)).unwrap();
+    let shown = |state: &State, steps: usize| state.positions_corrected(Space::World, steps).unwrap();
+    for _ in 0..3 {
+        state.step(1.0 / 30.0).unwrap();
+        state.correct(1).unwrap();
+    }
+    let (own, kept) = (shown(&state, 0), shown(&state, 1));
+    assert_ne!(own, kept);
+    assert_eq!(shown(&state, 2), kept); // whatever is asked for
+    let mut others =
+        vec![state.try_clone().unwrap(), State::new(model, Method::ReducedShell, Integrator::Exact).unwrap()];
+    others[1].set_gravity(Vec3::new(0.0, 0.3, -1.0)).unwrap();
+    let saved = state.save();
+    assert_eq!(saved.len(), state.saved_size());
+    others[1].load(&saved).unwrap();
+    assert_eq!(others[1].save(), saved);
+    others.push(state);
+    for other in &mut others {
+        assert_eq!(shown(other, 1), kept);
+        other.step(1.0 / 30.0).unwrap();
+        assert_ne!(shown(other, 1), kept);
+        other.correct(1).unwrap();
+    }
+    let next = shown(&others[0], 1);
+    assert!(others.iter().all(|other| shown(other, 1) == next));
+    // Bytes that are cut or say otherwise are refused, and leave what is there.
+    for wrong in [&saved[..saved.len() - 8], &saved[..100]] {
+        assert!(others[0].load(wrong).is_err());
+        assert_eq!(shown(&others[0], 1), next);
+    }
+    // Without one, saved states are as before.
+    let with = others[0].save();
+    others[0].correct(0).unwrap();
+    assert_ne!(shown(&others[0], 1), next);
+    let without = others[0].save();
+    assert!(without.len() < with.len() && without[5] == 0 && with[5] == 1);
+    others[1].load(&without).unwrap();
+    assert_eq!(others[1].save(), without);
+    others[2].reset();
+    assert_eq!(others[2].save()[5], 0);
+}
+
 #[test]
 fn a_hard_handle_stays_and_the_frame_carries_all() {
     let model = model(leaf(1), 12, 8);

@@ -214,7 +214,7 @@ class ShellwarpSettings(bpy.types.PropertyGroup):
                               description="Of the automatic choice: the methods are tried under the scene's gravity, and the cheapest with no larger error is "
                               "taken. 0: a reduced shell where there can be one, without trials")
     correction_steps: IntProperty(override=OVER, name="Correction steps", min=0, max=100, options=NOT_KEYED,
-                                  description="Newton steps of the full shell from each frame that is shown: nearer to it, and a factorization each. "
+                                  description="Newton steps of the full shell in each frame, on from those of the frame before: nearer to it, and a factorization each. "
                                   "The motion does not know of them")
     integrator: EnumProperty(override=OVER, name="Integrator", default="implicit-euler", options=NOT_KEYED, items=[
         ("implicit-euler", "Backward Euler", "Calms what a step does not resolve"),

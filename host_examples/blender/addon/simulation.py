@@ -273,8 +273,16 @@ class Simulation:
             self._failed = frame, str(error) or type(error).__name__
             raise
         self._failed = None, ""
+        self._correct()
         self.known[frame] = self._kept(frame, inputs)
         self._at = frame
+
+    def _correct(self):
+        """Leads what is shown on from the frame before. Where that fails, the motion goes on, and reading what is shown says why."""
+        try:
+            self._state.correct(self._output.correction_steps)
+        except self._package.ShellwarpError:
+            self._state.correct(0)
 
     def _between(self, whole, fraction, inputs):
         if whole not in self.known:

@@ -134,6 +134,7 @@ def _bake(job, model_facts, job_hash, start, out, cache, log):
         partials = {kind: stack.enter_context(files.whole_file(path)) for kind, path in paths.items()}
         why, widest = _not_certified(job, model), stack.enter_context(closing(Widest()))
         judged = simulate(job, state, start, partials, slowest_of(model), bindings, widest if not why else None, log)
+        state.correct(0)  # it is of what was shown
         partials["state"].write_bytes(state.save())
         times["simulate"] = time.perf_counter()
         certified = {"why": why} if why else _certified(state, job["frames"][1], widest)
@@ -270,6 +271,8 @@ def _write_frames(job, state, from_rest, writers, bindings, led, widest, log):
     for frame in range(first, last + 1):
         if not from_rest or frame > first:
             _step_to(job, state, frame, *led)
+        if moved["correction_steps"]:
+            state.correct(moved["correction_steps"])
         for number, files_of_it in enumerate(writers):
             points = state.bound_points(bindings[number], ("positions", "velocities"), **moved) if bindings[number] else {}
             if number == 0 and not job["proxy"]:   # to the last bit

@@ -749,6 +749,7 @@ FUNCTIONS = {
     "sw_state_plan_text": (c_uint32, [POINTER(SwState), c_double, c_char_p, c_uint64, c_void_p]),
     "sw_state_certify": (c_uint32, [POINTER(SwState), POINTER(SwCertificate)]),
     "sw_state_certify_watched": (c_uint32, [POINTER(SwState), POINTER(SwCertificate), SwWatchFn, c_void_p]),
+    "sw_state_correct": (c_uint32, [POINTER(SwState), c_uint32]),
     "sw_state_positions_corrected": (c_uint32, [POINTER(SwState), c_uint32, c_uint32, c_uint32, c_void_p, c_uint64, c_uint32]),
     "sw_state_fall_back": (c_uint32, [POINTER(SwState), POINTER(SwCertificate)]),
     "sw_state_set_method": (c_uint32, [POINTER(SwState), c_uint32]),

@@ -283,8 +283,12 @@ class State(Handle):
                    byref(deepest))
         return out, deepest.value
 
+    def correct(self, steps: int) -> None:
+        """Takes Newton steps of the full nonlinear shell that go on from frame to frame, for output alone. Once after a frame's steps, before `positions_corrected`."""
+        self._call("sw_state_correct", steps)
+
     def positions_corrected(self, steps: int, out: "Array | None" = None, space: str = "world", dtype: DTypeLike = numpy.float32) -> Array:
-        """Positions after so many Newton steps of the full nonlinear shell (n_vertices x 3), for output alone: the motion does not know."""
+        """Positions (n_vertices x 3) where `correct` led since the last step, or else after so many Newton steps of the full nonlinear shell, for output alone."""
         out, form, stride = _arrays.vectors_out(out, (self.n_vertices, 3), dtype, "positions")
         self._call("sw_state_positions_corrected", steps, choice(SPACES, space, "space"), form, _arrays.address(out), stride,
                    self.n_vertices)

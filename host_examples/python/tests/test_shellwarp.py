@@ -584,6 +584,14 @@ class Running(unittest.TestCase):
         self.assertLess(off[2], 0.1 * off[0])
         with self.assertRaisesRegex(sw.InvalidArgumentError, "steps is 101"):
             state.positions_corrected(101)
+        state.correct(1)
+        kept = state.positions_corrected(1, dtype=numpy.float64)
+        state.correct(2)  # goes on
+        further = abs(state.positions_corrected(1, dtype=numpy.float64) - exact).max()
+        self.assertEqual(abs(kept - exact).max(), off[1])
+        self.assertLess(further, off[2] * 1.001)
+        state.correct(0)
+        numpy.testing.assert_array_equal(state.positions_corrected(1, dtype=numpy.float64), kept)
 
     def test_a_tolerance_leaves_out_modes_and_static_corrections_stand_for_those_of_handles(self):
         counts = []

@@ -215,6 +215,11 @@ impl Play<'_> {
             all_finite("certificate", &[out.error, out.max_error, out.residual, out.remaining]);
         }
         assert!(state.seen() == before, "an estimate changed a state");
+        let handle = state.handle;
+        ok_or(
+            unsafe { sw_state_correct(handle, self.input.code(3)) },
+            &[SW_ERROR_INVALID_ARGUMENT, SW_ERROR_NUMERICAL],
+        );
         SW_OK
     }
 

@@ -1,0 +1,115 @@
+//! Positions that Newton steps of the full shell bring nearer to it, for output alone.
+//!
+//! They go on from frame to frame: the way from the method's pose to where the last steps led, and the stress that the last one foresaw, are kept. Where
+//! the method's pose is on another branch than the full shell, as where the shell has buckled, steps from that pose find no way to it; steps from
+//! where it was a frame before do.
+
+use super::{Space, State};
+use crate::error::{invalid, try_zeroed};
+use crate::features::Feature;
+use crate::reference::Correcting;
+use crate::support::Pose;
+use crate::{Error, ErrorKind, Result, Vec3};
+
+/// Where steps toward the full shell are.
+#[derive(Clone)]
+pub struct Correction {
+    steps: Correcting,
+    /// Whether the state is where they were made.
+    is_current: bool,
+}
+
+impl Correction {
+    /// The state is no longer where the steps were made.
+    pub fn pass(&mut self) {
+        self.is_current = false;
+    }
+
+    /// Its numbers: 1 where it is current, the way, the stresses.
+    pub fn save(&self, push: &mut impl FnMut(&f64)) {
+        push(&f64::from(u8::from(self.is_current)));
+        self.steps.way.iter().flatten().chain(&self.steps.stress).for_each(push);
+    }
+}
+
+impl State {
+    /// Takes so many Newton steps of the full shell from where the last call led, or from where the method has it if that leaves far less of
+    /// the force, and keeps where they lead: [`State::positions_corrected`] shows it until the next step. The loads are those that are set now and the inertia is that
+    /// of the method. The motion does not know. Each takes a factorization of the full shell's stiffness. No steps forget it.
+    pub fn correct(&mut self, steps: usize) -> Result<()> {
+        self.correction = match steps {
+            0 => None,
+            _ if self.motion.is_full_shell() => None,
+            _ => Some(Box::new(Correction { steps: self.steps_toward(steps)?, is_current: true })),
+        };
+        Ok(())
+    }
+
+    /// Positions (n_vertices) where [`State::correct`] led since the last step, or else where so many Newton steps of the full shell lead. None leave
+    /// them where the method has them.
+    pub fn positions_corrected(&self, space: Space, steps: usize) -> Result<Vec<Vec3>> {
+        let mut x = try_zeroed("the positions", self.model.shell.mass.len())?;
+        if steps == 0 || self.motion.is_full_shell() {
+            self.positions(space, |v, place| x[v] = place);
+            return Ok(x);
+        }
+        let kept = self.correction.as_ref().filter(|correction| correction.is_current);
+        let made = if kept.is_none() { Some(self.steps_toward(steps)?) } else { None };
+        let way = kept.map(|kept| &kept.steps).or(made.as_ref()).map_or(&[][..], |steps| &steps.way);
+        self.positions(Space::Frame, |v, place| x[v] = place + way[v]);
+        if !x.iter().flatten().all(|x| x.is_finite()) {
+            return Err(out_of_range());
+        }
+        if space == Space::World {
+            let Pose { origin, rotation } = self.frame.pose;
+            x.iter_mut().for_each(|x| *x = origin + rotation * *x);
+        }
+        Ok(x)
+    }
+
+    fn steps_toward(&self, steps: usize) -> Result<Correcting> {
+        Feature::NonlinearShell.require()?;
+        self.refuse_moving_rest("a correction")?;
+        let judging = self.judging_points(&mut self.contacts.clone(), None);
+        let earlier = self.correction.as_ref().map(|correction| &correction.steps);
+        let found = self.with_full_shell(judging.as_ref(), |solver, u, load| {
+            solver.join(judging.clone());
+            let found = solver.step_toward(u, load, steps, earlier);
+            solver.join(None); // others use it next
+            found
+        })?;
+        match found.way.iter().flatten().chain(&found.stress).all(|x| x.is_finite()) {
+            true => Ok(found),
+            false => Err(out_of_range()),
+        }
+    }
+
+    /// Numbers of a saved correction.
+    pub(super) fn correction_doubles(&self) -> usize {
+        1 + 3 * self.model.shell.mass.len() + self.model.shell.energy.n_elements()
+    }
+
+    /// Fails where numbers are of no correction.
+    pub(super) fn check_saved_correction(&self, numbers: &[f64]) -> Result<()> {
+        match numbers.len() == self.correction_doubles() && (numbers[0] == 0.0 || numbers[0] == 1.0) {
+            true => Ok(()),
+            false => invalid("the saved state holds a correction out of range"),
+        }
+    }
+
+    /// Takes over what [`Correction::save`] gave, or nothing.
+    pub(super) fn restore_correction(&mut self, numbers: &[f64]) {
+        let [is_current, rest @ ..] = numbers else {
+            self.correction = None;
+            return;
+        };
+        let (way, stress) = rest.split_at(3 * self.model.shell.mass.len());
+        let way = way.chunks_exact(3).map(Vec3::from_column_slice).collect();
+        let steps = Correcting { way, stress: stress.to_vec() };
+        self.correction = Some(Box::new(Correction { steps, is_current: *is_current == 1.0 }));
+    }
+}
+
+fn out_of_range() -> Error {
+    Error::new(ErrorKind::Numerical, "the corrected positions leave the range of numbers")
+}
