@@ -1,5 +1,6 @@
 #include "advice.hpp"
 
+#include "choice.hpp"
 #include "judge.hpp"
 #include "method.hpp"
 #include "support_motion.hpp"
@@ -15,6 +16,12 @@ constexpr double kDegrees = 57.29577951308232;
 
 // Motion that nobody sees, as a share of the shell's size; and motion that no shell on a support makes.
 constexpr double kUnseen = 1e-3, kWild = 2;
+
+// And motion that is hardly seen.
+constexpr double kHardlySeen = 0.01;
+
+// A proxy this far off its file is worth more vertices; what a step of the full shell takes grows with them by this power.
+constexpr double kFarOff = 0.1, kGrowth = 1.8;
 
 // Errors beyond which a method is outside what it was made for, as SwCertificate has it, and beyond which most of what is seen is wrong.
 constexpr double kOutOfRange = 0.2, kMisleading = 0.5;
@@ -154,6 +161,8 @@ void add_size_of_motion(const Summary &summary, std::vector<std::string> &words)
   else if (share < kUnseen && loaded(scene) && !led)
     words.push_back("try: " + share_of_size(share) + " cannot be seen: " + question_of_units(scene, summary.info.size) + swing_words(summary) +
                     (slowest_swing(summary) < kSlow ? "" : ": " + change_of_stiffness(scene, true)));
+  else if (share < kHardlySeen && loaded(scene) && !led && !scene.is_static)
+    words.push_back("try: " + share_of_size(share) + " is hardly seen: a stronger wind or force moves it more; " + change_of_stiffness(scene, true) + "; the page can draw small motion larger, and --png does");
   else if (share > kWild && !led && summary.info.zero_modes == 0)
     words.push_back("try: no held shell moves by " + share_of_size(share) + ": " + question_of_units(scene, summary.info.size) + swing_words(summary) + ": " +
                     change_of_stiffness(scene, false));
@@ -212,7 +221,32 @@ std::string better_steps(const Scene &scene, uint32_t method) {
   return host::needs_fields(method) || scene.integrator == SW_INTEGRATOR_EXACT ? "" : ", or --exact (integrator)";
 }
 
-// Steps that are too long for the motion.
+// What a choice took, so that a run with other steps is by it, too.
+std::string method_options(const Summary &summary) {
+  const Scene &scene = summary.scene;
+  if (!host::needs_choice(scene.method) && !scene.by_auto) return "";
+  const uint32_t method = method_taken(summary);
+  return std::string("--method ") + host::method_name(method) + (host::is_full_shell(method) && scene.integrator == SW_INTEGRATOR_SECOND_ORDER ? " --second-order " : " ");
+}
+
+// Most of what is wrong, where that is the method's; with how long the full shell would take.
+void add_method(const Summary &summary, std::vector<std::string> &words) {
+  const uint32_t method = method_taken(summary);
+  if (method_error(summary.run) <= kMisleading || host::is_full_shell(method) || summary.compared || summary.run.supports_move) return;
+  words.push_back("try: most of the error is the method's: --method " + std::string(host::method_name(SW_METHOD_SHELL_IMPLICIT)) + " --second-order, up to " +
+                  duration_words(seconds_of_full_shell(summary.info.n_vertices, static_cast<double>(summary.run.steps))).substr(6));
+}
+
+// A proxy that is far off its file.
+void add_proxy(const Summary &summary, std::vector<std::string> &words) {
+  if (!summary.proxy || !summary.proxy->difference || *summary.proxy->difference <= kFarOff) return;
+  const uint32_t n = summary.info.n_vertices, more = std::min(3 * n / 2, summary.proxy->info.n_asset_vertices) / 100 * 100;
+  if (more <= n) return;
+  words.push_back(format("try: the proxy is about %.0f %% off its file: --proxy %u (proxy), ", 100 * *summary.proxy->difference, more) +
+                  duration_words(summary.run.step_seconds * std::pow(static_cast<double>(more) / n, kGrowth)) + "; a shorter --duration takes less");
+}
+
+// Steps that are too long for the motion, unless the method is further off.
 void add_step_error(const Summary &summary, std::vector<std::string> &words) {
   constexpr double kAim = 0.01;  // of the motion, by shorter steps
   constexpr double kMost = 16;   // times as many: beyond, an order tells little
@@ -222,8 +256,10 @@ void add_step_error(const Summary &summary, std::vector<std::string> &words) {
   if (const std::optional<StepEstimate> &found = summary.run.step_estimate; found && found->failed.empty()) {
     if (found->error <= kCoarseMotion) return;
     const double times = std::min(kMost, std::ceil(std::pow(found->error / kAim, 1.0 / order_of_steps(scene, method))));
-    words.push_back(format("try: the time step costs about %.2g %% of the motion: %.0f times as many steps (--step %.2g, steps_per_frame = %.0f)%s", 100 * found->error, times,
-                           scene.step() / times, times * scene.steps_per_frame, better_steps(scene, method).c_str()));
+    if (found->error < method_error(summary.run)) return;
+    words.push_back(format("try: the time step costs about %.2g %% of the motion: %.0f times as many steps (%s--step %.2g, steps_per_frame = %.0f)%s, ", 100 * found->error, times,
+                           method_options(summary).c_str(), scene.step() / times, times * scene.steps_per_frame, better_steps(scene, method).c_str()) +
+                    duration_words(times * summary.run.step_seconds));
   } else if (const double share = step_error_share(summary.run); share > kCoarse) {
     words.push_back(format("try: a step is off by up to %.2g %% of the motion: a quarter of it is off by a sixteenth (--step %.2g, steps_per_frame = %u)%s", 100 * share, scene.step() / 4,
                            4 * scene.steps_per_frame, better_steps(scene, method).c_str()));
@@ -288,7 +324,6 @@ std::string error_words(const Run &run, const ErrorEstimate &worst, double share
 // What is known of the error of all that is seen, and of what nobody knows it.
 struct ErrorParts {
   double sum = 0;
-  double of_steps = 0;  // which more of them mend
   bool rough = false;
   std::vector<std::string> known, unknown;
 
@@ -314,7 +349,6 @@ std::string total_error(const Summary &summary) {
   ErrorParts parts;
   add_method_error(summary, parts);
   if (const std::optional<StepEstimate> &step = summary.run.step_estimate) {
-    parts.of_steps = step->error;
     if (step->failed.empty()) parts.add(step->error, "time step (against steps twice as long" + (step->until > 0 ? format(", up to %.3g s)", step->until) : std::string(")")));
     else parts.unknown.push_back("the time step");
   }
@@ -330,7 +364,7 @@ std::string total_error(const Summary &summary) {
   if (parts.known.empty()) return "";
   text += "; its error " + about(parts.sum) + " of the motion" + (parts.rough ? ", roughly" : "");
   for (std::size_t k = 0; k < parts.known.size(); ++k) text += (k ? ", " : ": ") + parts.known[k];
-  if (parts.sum - parts.of_steps > kMisleading) text += "; do not trust the picture";
+  if (parts.sum > kMisleading) text += "; do not trust the picture";
   for (std::size_t k = 0; k < parts.unknown.size(); ++k) text += (k ? ", " : "; not counted, as not known: ") + parts.unknown[k];
   return text;
 }
@@ -339,23 +373,25 @@ std::string total_error(const Summary &summary) {
 
 std::vector<std::string> closing_words(const Summary &summary) {
   std::vector<std::string> words = {motion_words(summary)};
-  if (falls(summary)) words.push_back(falling_words(summary));
   add_contact(summary, words);
-  const bool moved = widest_frame(summary.run).report.max_displacement > 0;
+  const bool falling = falls(summary), moved = !falling && widest_frame(summary.run).report.max_displacement > 0;
   if (const std::string total = moved ? total_error(summary) : ""; !total.empty()) words.push_back(total);
   if (const std::string error = !moved ? "" : verdict(summary.run, host::needs_choice(summary.scene.method), summary.compared); !error.empty()) words.push_back(error);
   add_full_shell(summary, words);
   add_folds(summary, words);
   add_size_of_motion(summary, words);
   add_turns(summary, words);
+  add_method(summary, words);
   add_step_error(summary, words);
+  add_proxy(summary, words);
   add_handles(summary, words);
   add_supports(summary, words);
   if (const uint64_t early = summary.run.frames.back().report.unconverged_steps)
     words.push_back(format("try: %llu steps ended short of their tolerance: a quarter of the step helps (--step %.2g, steps_per_frame = %u)",
                            static_cast<unsigned long long>(early), summary.scene.step() / 4, 4 * summary.scene.steps_per_frame));
   for (const std::string &warning : summary.warnings) words.push_back("note: " + warning);
-  if (summary.info.zero_modes)
+  if (falling) words.push_back(falling_words(summary));
+  else if (summary.info.zero_modes)
     words.push_back(format("note: nothing resists %u of the modes: the shell floats or turns freely", summary.info.zero_modes));
   return words;
 }

@@ -108,7 +108,7 @@ std::string settle_choice(const shellwarp::Model &model, const Mesh &mesh, uint3
   if (why.find("too few to judge") == std::string::npos || mesh.n_vertices() > kMost || any_moves(scene) || scene.reduced.poses)
     return std::string("auto is the ") + host::method_name(model.info().auto_method) + ": " + why;
   take_full_shell(scene);
-  return "auto is the full shell, whose steps take long: " + why + (limpness(scene, mesh) > kLimp / 4 ? ". It is limp: a stiffer sheet is fast, and --method warp is, but far off" : ". --method warp is fast, but far off") + advice_of_proxy(scene, mesh, n_frames);
+  return "auto is the full shell, whose steps take long: " + why + ". --method warp is fast, and told how far off" + advice_of_proxy(scene, mesh, n_frames);
 }
 
 std::string settle_late(const shellwarp::Model &model, const Mesh &mesh, uint32_t n_frames, const Run &run, Scene &scene) {

@@ -451,6 +451,10 @@ int run_command_line(int argc, char **argv) {
     return tell_unknown(*app.get_subcommands().front(), argc, argv);
   } catch (const CLI::ArgumentMismatch &error) {
     return tell_missing(*app.get_subcommands().front(), error.what());
+  } catch (const CLI::ValidationError &error) {
+    const std::string words = error.what();  // "--wind 3 --gust 0.5": the next option is taken for a number
+    if (words.find("'--") != std::string::npos && !app.get_subcommands().empty()) return tell_missing(*app.get_subcommands().front(), words);
+    return app.exit(error) == 0 ? 0 : kWrongUsage;
   } catch (const CLI::ParseError &error) {
     return app.exit(error) == 0 ? 0 : kWrongUsage;
   }

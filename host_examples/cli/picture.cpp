@@ -91,8 +91,8 @@ std::string png_of(const std::vector<unsigned char> &pixels, uint32_t width, uin
   return file;
 }
 
-// A triangle in pixels and depth; nearer ones cover it.
-void draw(const std::array<Vec3, 3> &p, unsigned char colour, int left, std::vector<double> &depth, std::vector<unsigned char> &pixels, int width) {
+// A triangle in pixels and depth, by shades at its corners; nearer ones cover it.
+void draw(const std::array<Vec3, 3> &p, const std::array<double, 3> &shades, bool back, int left, std::vector<double> &depth, std::vector<unsigned char> &pixels, int width) {
   const double area = (p[1][0] - p[0][0]) * (p[2][1] - p[0][1]) - (p[2][0] - p[0][0]) * (p[1][1] - p[0][1]);
   if (area == 0) return;
   const auto range = [&](std::size_t c) { return std::minmax({p[0][c], p[1][c], p[2][c]}); };
@@ -100,17 +100,39 @@ void draw(const std::array<Vec3, 3> &p, unsigned char colour, int left, std::vec
   const auto [y0, y1] = range(1);
   for (int y = std::max(0, static_cast<int>(y0)); y <= std::min(kSide - 1, static_cast<int>(y1) + 1); ++y)
     for (int x = std::max(0, static_cast<int>(x0)); x <= std::min(kSide - 1, static_cast<int>(x1) + 1); ++x) {
-      double w[3], z = 0;
+      double w[3], z = 0, shade = 0;
       for (std::size_t k = 0; k < 3; ++k) {
         const Vec3 &a = p[(k + 1) % 3], &b = p[(k + 2) % 3];
         w[k] = ((b[0] - a[0]) * (y - a[1]) - (b[1] - a[1]) * (x - a[0])) / area;
         z += w[k] * p[k][2];
+        shade += w[k] * shades[k];
       }
       const std::size_t at = static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(left + x);
       if (w[0] < 0 || w[1] < 0 || w[2] < 0 || z <= depth[at]) continue;
       depth[at] = z;
-      pixels[at] = colour;
+      pixels[at] = static_cast<unsigned char>(1 + std::clamp(static_cast<int>(kShades * shade), 0, kShades - 1) + (back ? kShades : 0));
     }
+}
+
+// Of vertices, by the area of their triangles.
+std::vector<Vec3> normals_of(const std::vector<Vec3> &x, const std::vector<uint32_t> &triangles) {
+  std::vector<Vec3> normals(x.size(), Vec3{});
+  for (std::size_t t = 0; t < triangles.size(); t += 3) {
+    const Vec3 normal = cross(minus(x[triangles[t + 1]], x[triangles[t]]), minus(x[triangles[t + 2]], x[triangles[t]]));
+    for (std::size_t c = 0; c < 3; ++c)
+      for (std::size_t a = 0; a < 3; ++a) normals[triangles[t + c]][a] += normal[a];
+  }
+  for (Vec3 &normal : normals) normal = unit(normal);
+  return normals;
+}
+
+// A factor of one digit for motion that is hardly seen; 1 for all other.
+double larger_by(double moved, const Bounds &box) {
+  constexpr double kSeen = 0.02, kDrawn = 0.1;  // of the size
+  const double size = std::hypot(box.high[0] - box.low[0], box.high[1] - box.low[1], box.high[2] - box.low[2]);
+  if (!(moved > 0) || moved >= kSeen * size) return 1;
+  const double factor = kDrawn * size / moved, digit = std::pow(10, std::floor(std::log10(factor)));
+  return std::min(1e6, std::floor(factor / digit) * digit);
 }
 
 }  // namespace
@@ -119,12 +141,15 @@ void Picture::add(const Mesh &mesh, const Film &film, uint32_t up) {
   if (empty()) {
     up_ = up;
     const std::vector<double> &moved = film.displacements();
+    larger_ = larger_by(*std::max_element(moved.begin(), moved.end()), bounds(mesh));
     frames_ = {0, static_cast<std::size_t>(std::max_element(moved.begin(), moved.end()) - moved.begin()), film.n_frames() - 1};
   }
   const auto first = static_cast<uint32_t>(positions_[0].size() / 3);
   for (const uint32_t v : mesh.triangles) triangles_.push_back(first + v);
+  const std::vector<double> rest = film.positions(0);
   for (std::size_t k = 0; k < kPanels; ++k) {
-    const std::vector<double> at = film.positions(frames_[k]);
+    std::vector<double> at = film.positions(frames_[k]);
+    for (std::size_t i = 0; i < at.size(); ++i) at[i] = rest[i] + larger_ * (at[i] - rest[i]);
     positions_[k].insert(positions_[k].end(), at.begin(), at.end());
   }
 }
@@ -146,17 +171,18 @@ std::string Picture::png() const {
   std::vector<unsigned char> pixels(static_cast<std::size_t>(width) * kSide);
   std::vector<double> depth(pixels.size(), -std::numeric_limits<double>::infinity());
   const Vec3 light = unit({0.35, 0.6, 0.75});
-  for (std::size_t k = 0; k < kPanels; ++k)
+  for (std::size_t k = 0; k < kPanels; ++k) {
+    const std::vector<Vec3> normals = normals_of(seen[k], triangles_);
     for (std::size_t t = 0; t < triangles_.size(); t += 3) {
       std::array<Vec3, 3> p;
       for (std::size_t c = 0; c < 3; ++c) p[c] = seen[k][triangles_[t + c]];
-      Vec3 normal = unit(cross(minus(p[1], p[0]), minus(p[2], p[0])));
-      const bool back = normal[2] < 0;
-      if (back) normal = {-normal[0], -normal[1], -normal[2]};
+      const bool back = cross(minus(p[1], p[0]), minus(p[2], p[0]))[2] < 0;
+      std::array<double, 3> shades;
+      for (std::size_t c = 0; c < 3; ++c) shades[c] = (back ? -1 : 1) * dot(normals[triangles_[t + c]], light);
       for (Vec3 &x : p) x = {kSide / 2 + scale * (x[0] - (low[0] + high[0]) / 2), kSide / 2 - scale * (x[1] - (low[1] + high[1]) / 2), x[2]};
-      const int shade = std::clamp(static_cast<int>(kShades * std::max(dot(normal, light), 0.0)), 0, kShades - 1);
-      draw(p, static_cast<unsigned char>(1 + shade + (back ? kShades : 0)), static_cast<int>(k) * kSide, depth, pixels, width);
+      draw(p, shades, back, static_cast<int>(k) * kSide, depth, pixels, width);
     }
+  }
   return png_of(pixels, static_cast<uint32_t>(width), kSide);
 }
 

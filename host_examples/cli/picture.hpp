@@ -16,6 +16,8 @@ public:
   // A shell; all are drawn at the frames of the first. `up` points upward in the picture.
   void add(const Mesh &mesh, const Film &film, uint32_t up);
   bool empty() const { return triangles_.empty(); }
+  // How many times as large as it is motion is drawn, so that it is seen.
+  double times_larger() const { return larger_; }
   // The bytes of the file.
   std::string png() const;
 
@@ -26,6 +28,7 @@ private:
   std::array<std::vector<double>, kPanels> positions_;
   std::array<std::size_t, kPanels> frames_{};
   uint32_t up_ = 2;
+  double larger_ = 1;
 };
 
 // Whole or not at all; `inputs` are never replaced.

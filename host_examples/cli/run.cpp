@@ -251,6 +251,9 @@ void say_what_stands_in(const Scene &scene, const Mesh &mesh, bool quiet) {
     say(format("%s: %zu vertices of the file are welded to %u", scene.mesh_path.c_str(), mesh.of_file.size(), mesh.n_vertices()), quiet);
 }
 
+// What was said before the work, without how long that would take.
+std::string afterwards(const std::string &note) { return note.substr(0, std::min(note.find("; the same again"), note.find("; here about"))); }
+
 // The mesh that is simulated. What auto becomes of limp cloth is settled here, before the long work, with a sentence; a proxy that cannot be made is done without.
 Mesh settled_mesh(Scene &scene, uint32_t n_frames, bool on_page, bool quiet, std::vector<std::string> &told) {
   Mesh mesh = scene_mesh(scene);
@@ -264,7 +267,7 @@ Mesh settled_mesh(Scene &scene, uint32_t n_frames, bool on_page, bool quiet, std
       note = settle_early(mesh, n_frames, false, scene);
     }
   say(note, quiet);
-  if (!note.empty()) told.push_back(note);
+  if (!note.empty()) told.push_back(afterwards(note));
   for (const std::string &rim : notes_of_rims(scene, mesh)) say(rim, quiet);
   return mesh;
 }
@@ -339,7 +342,7 @@ int run_scene(Scene scene, const RunOptions &options, OutputFolder *folder, Page
   const std::vector<std::string> warned = warnings.taken();
   told.insert(told.begin(), warned.begin(), warned.end());
   if (const std::string note = settle_choice(model, mesh, n_frames, scene); !note.empty()) {
-    told.push_back(note);
+    told.push_back(afterwards(note));
     if (host::is_full_shell(scene.method)) say(note, options.quiet);
   }
   if (render) bind_render_mesh(scene, model, options.quiet, *render);
@@ -349,7 +352,7 @@ int run_scene(Scene scene, const RunOptions &options, OutputFolder *folder, Page
   std::optional<Attempt> made(run_it());
   if (const std::string note = settle_late(model, mesh, n_frames, made->run, scene); !note.empty()) {
     say(note, options.quiet);
-    told.push_back(note);
+    told.push_back(afterwards(note));
     if (cache) cache->restart();
     made.emplace(run_it());
   }
@@ -419,7 +422,7 @@ void finish_page(const Page &page, const SceneFile &file, const RunOptions &opti
 void finish_picture(const Picture &picture, const SceneFile &file, const RunOptions &options) {
   if (picture.empty()) return;
   write_picture(picture, options.png, inputs_of(file));
-  say("picture: " + options.png + ": at rest, where it moved furthest, and at the end", options.quiet);
+  say("picture: " + options.png + ": at rest, where it moved furthest, and at the end" + (picture.times_larger() > 1 ? format(", motion drawn %.0f times as large", picture.times_larger()) : ""), options.quiet);
 }
 
 // Those of all shells, made once.

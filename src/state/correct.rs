@@ -20,11 +20,6 @@ pub struct Correction {
 }
 
 impl Correction {
-    /// The state is no longer where the steps were made.
-    pub fn pass(&mut self) {
-        self.is_current = false;
-    }
-
     /// Its numbers: 1 where it is current, the way, the stresses.
     pub fn save(&self, push: &mut impl FnMut(&f64)) {
         push(&f64::from(u8::from(self.is_current)));
@@ -65,6 +60,13 @@ impl State {
             x.iter_mut().for_each(|x| *x = origin + rotation * *x);
         }
         Ok(x)
+    }
+
+    /// The state is no longer where the steps were made.
+    pub(super) fn leave_correction(&mut self) {
+        if let Some(correction) = &mut self.correction {
+            correction.is_current = false;
+        }
     }
 
     fn steps_toward(&self, steps: usize) -> Result<Correcting> {

@@ -396,14 +396,13 @@ impl State {
     pub fn step(&mut self, h: f64) -> Result<()> {
         self.check_step(h)?;
         let tempo = self.tempo;
-        self.advance(h, h * tempo.root).map_err(|error| tempo.told(error))
+        self.advance(h, h * tempo.root).map_err(|error| tempo.told(error))?;
+        self.leave_correction();
+        Ok(())
     }
 
     /// By so many seconds, of which `h` is the time that the loads and rates are by.
     fn advance(&mut self, seconds: f64, h: f64) -> Result<()> {
-        if let Some(correction) = &mut self.correction {
-            correction.pass();
-        }
         if self.rest.skips(h) {
             self.time += seconds;
             return Ok(());
@@ -553,9 +552,7 @@ impl State {
             self.carry_motion();
             return found;
         }
-        if let Some(correction) = &mut self.correction {
-            correction.pass();
-        }
+        self.leave_correction();
         self.frame = self.frame.moving_at(&rates);
         self.rates = rates;
         if let Some(rest) = &mut self.moving_rest {

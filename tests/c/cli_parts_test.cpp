@@ -1191,7 +1191,9 @@ void the_closing_words_say_what_moved_and_what_to_change() {
   const std::string tiny = words_of(scene, run_that_moved(2e-5));
   CHECK(tiny.find("1.0e-05 of its size") != std::string::npos && tiny.find("cannot be seen") != std::string::npos);
   CHECK(tiny.find("its slowest swing has 45 Hz") != std::string::npos && tiny.find("--scale 0.01") != std::string::npos);
-  CHECK(words_of(scene, run_that_moved(2.1e-3)).find("try") == std::string::npos);
+  const std::string little = words_of(scene, run_that_moved(2.1e-3));
+  CHECK(little.find(" of its size is hardly seen: a stronger wind or force moves it more") != std::string::npos);
+  CHECK(words_of(scene, run_that_moved(2.1e-2)).find("try") == std::string::npos);
   CHECK(words_of(scene, run_that_moved(5)).find("no held shell moves by 2.5 times its size") != std::string::npos);
   CHECK(words_of(scene, run_that_moved(0)).find("note: nothing has moved") != std::string::npos);
   CHECK(words_of(scene, run_that_moved(0), 0).find("every vertex is held") != std::string::npos);
@@ -1217,6 +1219,7 @@ void the_closing_words_say_what_moved_and_what_to_change() {
   CHECK(words_of(scene, run_that_moved(2e-5)).find("a smaller --thickness (thickness) softens it, and so does a softer --material (preset)\n") != std::string::npos);
   const std::string fallen = words_of(scene, run_that_moved(50), 9, {}, {}, 6);
   CHECK(fallen.find("s; turned") != std::string::npos && fallen.find("\ntry: nothing is held, so that the shell falls: --pin low-x") != std::string::npos);
+  CHECK(fallen.find("its error") == std::string::npos);  // of what falls, small as it is
   cli::Run coarse = run_that_moved(0.5);
   coarse.frames[1].report.step_error = 0.01;
   CHECK(words_of(scene, coarse).find("try: a step is off by up to 2 % of the motion") != std::string::npos);
