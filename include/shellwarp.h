@@ -2465,7 +2465,7 @@ SwStatus sw_state_certify_watched(const struct SwState *state,
 // method and SW_METHOD_SHELL_IMPLICIT, for output alone: the motion does not know. Call it once a
 // frame, after its steps; sw_state_positions_corrected and bound points with correction_steps show
 // what is kept until the next step. It goes on from where the last call led, moved along with the
-// method's pose, or from that pose where this leaves less of the force. So one step a frame is
+// method's pose, or from that pose where this leaves far less of the force. So one step a frame is
 // enough also where the shell buckles, once it has caught up. A copy of the state has its own, and
 // sw_state_save saves it: 8 bytes for each of 3 numbers a vertex and one an element of the energy.
 // sw_state_reset, sw_state_set_method and whatever puts the shell elsewhere forget it. steps is 0
