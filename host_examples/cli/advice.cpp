@@ -249,6 +249,7 @@ void add_proxy(const Summary &summary, std::vector<std::string> &words) {
 // Steps that are too long for the motion, unless the method is further off.
 void add_step_error(const Summary &summary, std::vector<std::string> &words) {
   constexpr double kAim = 0.01;  // of the motion, by shorter steps
+  constexpr double kUnsettled = 0.3;  // nothing converges
   constexpr double kMost = 16;   // times as many: beyond, an order tells little
   const Scene &scene = summary.scene;
   const uint32_t method = method_taken(summary);
@@ -259,7 +260,8 @@ void add_step_error(const Summary &summary, std::vector<std::string> &words) {
     if (found->error < method_error(summary.run)) return;
     words.push_back(format("try: the time step costs about %.2g %% of the motion: %.0f times as many steps (%s--step %.2g, steps_per_frame = %.0f)%s, ", 100 * found->error, times,
                            method_options(summary).c_str(), scene.step() / times, times * scene.steps_per_frame, better_steps(scene, method).c_str()) +
-                    duration_words(times * summary.run.step_seconds));
+                    duration_words(times * summary.run.step_seconds) +
+                    (found->error > kUnsettled && host::is_full_shell(method) ? "; where folds are chaotic no step does, but less wind, a stiffer sheet or more damping" : ""));
   } else if (const double share = step_error_share(summary.run); share > kCoarse) {
     words.push_back(format("try: a step is off by up to %.2g %% of the motion: a quarter of it is off by a sixteenth (--step %.2g, steps_per_frame = %u)%s", 100 * share, scene.step() / 4,
                            4 * scene.steps_per_frame, better_steps(scene, method).c_str()));
@@ -289,9 +291,13 @@ std::string better_methods(uint32_t method, bool chosen) {
   return chosen || host::needs_fields(method) ? full : std::string(host::method_name(SW_METHOD_AUTO)) + " or " + full;
 }
 
-std::string percent(double share) { return share < 1e-4 ? "less than 0.01 %" : format(share < 0.1 ? "%.2g %%" : "%.0f %%", 100 * share); }
+// An estimate of more than the motion itself says only that it is wrong.
+std::string percent(double share) {
+  if (share > 1) return "more than 100 %";
+  return share < 1e-4 ? "less than 0.01 %" : format(share < 0.1 ? "%.2g %%" : "%.0f %%", 100 * share);
+}
 
-std::string about(double share) { return (share < 1e-4 ? "" : "about ") + percent(share); }
+std::string about(double share) { return (share < 1e-4 || share > 1 ? "" : "about ") + percent(share); }
 
 // The frame that is furthest off, by length: a large share of a displacement that is small itself says little.
 const ErrorEstimate &worst_estimate(const Run &run) {
@@ -339,8 +345,8 @@ void add_method_error(const Summary &summary, ErrorParts &parts) {
   if (!run.uncertified.empty()) parts.unknown.push_back("the method");
   if (!run.certificate) return;
   const std::size_t n = run.estimates.size();
-  parts.add(method_error(run),
-            "method (against the full shell" + (n > 1 ? format(" at %zu frames)", n) : std::string(" in the last frame)")));
+  parts.add(method_error(run), "method (against the full shell" + (n > 1 ? format(" at %zu frames", n) : std::string(" in the last frame")) +
+                                   (method_error(run) > 1 ? ", where no balance is near: --compare shell-implicit measures it)" : ")"));
   parts.rough = run.certificate->remaining > kRoughAbove;
 }
 

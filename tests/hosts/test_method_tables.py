@@ -21,7 +21,7 @@ REASONS = {
     "python/shellwarp/_abi.py": "made from the header, where every method has its constant",
     "python/shellwarp/method.py": "the default, and linear modal analysis, the one of which the needs do not tell how it moves",
     "cli/advice.cpp": "what a run that is far off is told to take: the automatic choice, and the full shell",
-    "cli/run.cpp": "what moves limp cloth where the automatic choice found no reduced shell",
+    "cli/choice.cpp": "what moves limp cloth in the automatic choice's place, and whether there is a reduced shell",
     "cli/comparison.cpp": "the expectation warp_below_lma is about these two; the full shell is what all are compared with",
     "blender/addon/inputs.py": "those that follow supports by fields; the library's table does not tell",
     "blender/addon/simulation.py": "whether the automatic choice took a reduced shell, and why not",
