@@ -2460,30 +2460,31 @@ SwStatus sw_state_certify_watched(const struct SwState *state,
                                   SwWatchFn watch,
                                   void *user);
 
-// Takes `steps` Newton steps of the full nonlinear shell toward where it balances the loads that
-// are set now and the inertia that the method has, and keeps where they lead. A dial between the
-// method and SW_METHOD_SHELL_IMPLICIT, for output alone: the motion does not know. Call it once a
-// frame, after its steps; sw_state_positions_corrected and bound points with correction_steps show
-// what is kept until the next step. It goes on from where the last call led, moved along with the
-// method's pose, or from that pose where this leaves far less of the force. So one step a frame is
-// enough also where the shell buckles, once it has caught up. A copy of the state has its own, and
-// sw_state_save saves it: 8 bytes for each of 3 numbers a vertex and one an element of the energy.
-// sw_state_reset, sw_state_set_method and whatever puts the shell elsewhere forget it. steps is 0
-// to 100; 0 forgets it. A nonlinear shell needs none. Each takes a factorization of the full
-// shell's stiffness, and the first call its analysis, which the model keeps. Allocates.
+// Takes `steps` Newton steps of the full nonlinear shell, and keeps where they lead. They go toward
+// its balance under the loads that are set now and the inertia that the method has. A dial between
+// the method and SW_METHOD_SHELL_IMPLICIT, for output alone: the motion does not know. Call it once
+// a frame, after its steps; sw_state_positions_corrected and bound points with correction_steps
+// show what is kept until the next step. It goes on from where the last call led, moved along with
+// the method's pose, or from that pose where this leaves far less of the force. So one step a frame
+// is enough also where the shell buckles, once it has caught up. A copy of the state has its own,
+// and sw_state_save saves it: 8 bytes for each of 3 numbers a vertex and one an element of the
+// energy. sw_state_reset, sw_state_set_method and whatever puts the shell elsewhere forget it.
+// steps is 0 to 100; 0 forgets it. A nonlinear shell needs none. Each takes a factorization of the
+// full shell's stiffness, and the first call its analysis, which the model keeps. Allocates.
 // Errors: as sw_state_certify; what was kept before stays.
 SwStatus sw_state_correct(struct SwState *state,
                           uint32_t steps);
 
-// Positions (n_vertices x 3) where sw_state_correct led since the last step, or else where `steps`
-// Newton steps of the full nonlinear shell lead from the state's pose, under the loads that are set
-// now and the inertia that the method has. For output alone: the motion does not know of them, and
-// no step costs more. From a reduced shell that is a few percent off, one step leaves about a fifth
-// of the error and two less than a hundredth; from one that is far off, as where the shell buckles,
-// they help less. sw_state_certify tells the error of the method's own pose. steps is 0 to 100; 0
-// gives sw_state_positions, as does a nonlinear shell. Each takes a factorization of the full
-// shell's stiffness, and the first call its analysis, which the model keeps. Vertices that hard
-// constraints hold stay. Allocates. Callable concurrently.
+// Positions (n_vertices x 3) where sw_state_correct led since the last step. Without that, they are
+// where `steps` Newton steps of the full nonlinear shell lead from the state's pose, or from what
+// an earlier frame kept. Loads are those that are set now, and the inertia is the method's. For
+// output alone: the motion does not know, and no step costs more. From a reduced shell that is a
+// few percent off, one step leaves about a fifth of the error and two less than a hundredth; from
+// one that is far off, as where the shell buckles, they help less. sw_state_certify tells the error
+// of the method's own pose. steps is 0 to 100; 0 gives sw_state_positions, as does a nonlinear
+// shell. Each takes a factorization of the full shell's stiffness, and the first call its analysis,
+// which the model keeps. Vertices that hard constraints hold stay. Allocates. Callable
+// concurrently.
 // Errors: as sw_state_positions, and as sw_state_certify.
 SwStatus sw_state_positions_corrected(const struct SwState *state,
                                       uint32_t steps,

@@ -13,13 +13,13 @@ use crate::{Error, ErrorKind, Result, Vec3};
 
 /// Where steps toward the full shell are.
 #[derive(Clone)]
-pub struct Correction {
+pub struct KeptCorrection {
     steps: Correcting,
     /// Whether the state is where they were made.
     is_current: bool,
 }
 
-impl Correction {
+impl KeptCorrection {
     /// Its numbers: 1 where it is current, the way, the stresses.
     pub fn save(&self, push: &mut impl FnMut(&f64)) {
         push(&f64::from(u8::from(self.is_current)));
@@ -28,14 +28,14 @@ impl Correction {
 }
 
 impl State {
-    /// Takes so many Newton steps of the full shell from where the last call led, or from where the method has it if that leaves far less of
-    /// the force, and keeps where they lead: [`State::positions_corrected`] shows it until the next step. The loads are those that are set now and the inertia is that
-    /// of the method. The motion does not know. Each takes a factorization of the full shell's stiffness. No steps forget it.
+    /// Takes so many Newton steps of the full shell, and keeps where they lead: [`State::positions_corrected`] shows it until the next step. They begin where the last
+    /// call led, or at the method's pose where that leaves far less of the force. The loads are those that are set now, and the inertia is that of the method. The motion does not
+    /// know. Each takes a factorization of the full shell's stiffness. No steps forget what is kept. Fails as [`State::certify`], and leaves it.
     pub fn correct(&mut self, steps: usize) -> Result<()> {
         self.correction = match steps {
             0 => None,
             _ if self.motion.is_full_shell() => None,
-            _ => Some(Box::new(Correction { steps: self.steps_toward(steps)?, is_current: true })),
+            _ => Some(Box::new(KeptCorrection { steps: self.steps_toward(steps)?, is_current: true })),
         };
         Ok(())
     }
@@ -99,7 +99,7 @@ impl State {
         }
     }
 
-    /// Takes over what [`Correction::save`] gave, or nothing.
+    /// Takes over what [`KeptCorrection::save`] gave, or nothing.
     pub(super) fn restore_correction(&mut self, numbers: &[f64]) {
         let [is_current, rest @ ..] = numbers else {
             self.correction = None;
@@ -108,7 +108,7 @@ impl State {
         let (way, stress) = rest.split_at(3 * self.model.shell.mass.len());
         let way = way.chunks_exact(3).map(Vec3::from_column_slice).collect();
         let steps = Correcting { way, stress: stress.to_vec() };
-        self.correction = Some(Box::new(Correction { steps, is_current: *is_current == 1.0 }));
+        self.correction = Some(Box::new(KeptCorrection { steps, is_current: *is_current == 1.0 }));
     }
 }
 

@@ -28,7 +28,7 @@ use crate::support::{Axes, Frame, FrameMotion, Passage, Pose, Rates};
 use crate::{Error, ErrorKind, Model, Result, Vec3};
 pub use certify::{Certificate, LARGEST_ERROR};
 pub use contact::{MOST_OBSTACLES, Outside};
-use correct::Correction;
+use correct::KeptCorrection;
 use moving_rest::MovingRest;
 pub use output::{Outward, Report, Shown};
 use rest::Rest;
@@ -85,7 +85,7 @@ pub struct State {
     damping: Damping,
     integrator: Integrator,
     /// What the next one goes on from.
-    correction: Option<Box<Correction>>,
+    correction: Option<Box<KeptCorrection>>,
 }
 
 /// Forces that depend on the shape are taken anew at an equilibrium until they change by less than this part of themselves, and at most

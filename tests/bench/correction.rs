@@ -181,8 +181,8 @@ fn path_rows(scene: &Scene, table: &mut String) {
 
 fn paths(shells: &[String], docs: Option<&String>) {
     let mut table = format!(
-        "Error in % by mass, median / 90th percentile / worst of frames of loads that grow from a fifth over {FRAMES} frames and turn by {TURN} rad to both sides, against the full \
-         shell's equilibrium that goes on from frame to frame; `make bench-correction` on {} (load {}).\n\n\
+        "Error in % by mass: median / 90th percentile / worst frame. Loads grow from a fifth over {FRAMES} frames and turn by {TURN} rad to both sides. The judge is the full shell's equilibrium, which \
+         goes on from frame to frame. `make bench-correction` on {} (load {}).\n\n\
          | shell | aim | frames | a frame's own way | reduced | 1 step | 1 a frame | 2 a frame | 3 a frame | ms a frame |\n\
          |---|---|---|---|---|---|---|---|---|---|\n",
         docs::machine(),

@@ -12,6 +12,8 @@ import sys
 from array import array
 from pathlib import Path
 
+from kite import kite
+
 PROGRAM, OUT = sys.argv[1], Path(sys.argv[2])
 EIGHTH = 8  # of second order its own error is a 64th, of first an eighth, of what is judged
 
@@ -33,19 +35,6 @@ CASES = {
     "the same by 0.01 s": (KITE + SECOND, 100, 0.8, False),
     "leaf that falls on a ball within three frames, full shell": (LEAF + ["--frequency", "4", "--collider", "sphere:0.02@0.08,0,-0.045"] + FULL, 30, 1.5, False),
 }
-
-
-def kite():
-    """As of limp_test.py: 60 cm high and up to 40 wide, in centimetres."""
-    columns, rows = 12, 24
-    lines = []
-    for j in range(rows + 1):
-        v = j / rows
-        width = 40 * (0.25 + 0.75 * (1 - abs(2 * v - 1.2) / 1.2))
-        lines += [f"v {(i / columns - 0.5) * width:.4f} {60 * v:.4f} 0" for i in range(columns + 1)]
-    at = lambda i, j: j * (columns + 1) + i + 1
-    lines += [f"f {at(i, j)} {at(i + 1, j)} {at(i + 1, j + 1)} {at(i, j + 1)}" for j in range(rows) for i in range(columns)]
-    return "\n".join(lines) + "\n"
 
 
 def frames(path):
