@@ -36,9 +36,9 @@ pub const PRESETS: [Preset; 11] = [
         sheet: sheet(1e8, 0.0, 9e-5, 1330.0),
         source: c"Modulus times thickness along the two yarns: 4.0 and 10.4 kN/m of a cotton of 150 g/m^2: Penava, Simic Penava, Knezic, \
             Determination of the elastic constants of plain woven fabrics, 2014; 2.8 and 4.5 kN/m of one of 104 g/m^2: Clyde, Teran, Tamstorf, Modeling \
-            and data-driven parameter estimation for woven fabrics, 2017; both as quoted by others, in numbers by FEMDiscreteShellBase.py of the code \
-            Codim-IPC. Stiffness and weight are between. The bending length, 1.7 cm, is chosen, and so is Poisson's ratio; E and thickness are those of \
-            a sheet that bends and stretches so, thinner than the cloth",
+            and data-driven parameter estimation for woven fabrics, 2017; neither paper was to be had: both are read from FEMDiscreteShellBase.py of the \
+            code Codim-IPC. Stiffness and weight are between. The bending length, 1.7 cm, is chosen, and so is Poisson's ratio; E and thickness are \
+            those of a sheet that bends and stretches so, thinner than the cloth",
     },
     Preset {
         name: c"felt",
@@ -157,7 +157,7 @@ mod tests {
     fn cotton_stretches_and_weighs_within_what_was_measured() {
         let ElasticSheet { young, thickness, volume_density, .. } =
             PRESETS.iter().find(|preset| preset.name == c"cotton").unwrap().sheet;
-        // E of the isotropic part in Pa, what weft and warp add as multiples of it, and the thickness, as in FEMDiscreteShellBase.py.
+        // As in FEMDiscreteShellBase.py: E in Pa, two multiples of it that are taken to add to it, from a line that is commented out, and the thickness.
         let heavy = [38.657_734_470_2, 14.147_381_242_4].map(|more| 0.821e6 * (1.0 + more) * 0.318e-3);
         let light = [15.557e6, 25.004e6].map(|modulus| modulus * 0.18e-3);
         let all = [heavy, light].concat();
