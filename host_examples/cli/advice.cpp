@@ -35,9 +35,6 @@ constexpr double kSlow = 0.5;
 // What a step gets wrong by its length, as a share of the motion: a swing of forty steps by the full shell, of twelve by a reduced one.
 constexpr double kCoarse = 0.01;
 
-// And the whole motion by all its steps: to be seen.
-constexpr double kCoarseMotion = 0.03;
-
 std::string in_unit(double length, const Scene &scene) {
   return format("%.3g", length) + (scene.length_unit.empty() ? "" : " " + scene.length_unit);
 }
@@ -204,7 +201,7 @@ void add_full_shell(const Summary &summary, std::vector<std::string> &words) {
   if (summary.run.step_estimate && summary.run.step_estimate->failed.empty()) return;
   const double share = step_error_share(summary.run);
   if (host::is_full_shell(summary.scene.method) && share > 0)
-    words.push_back(format("this is the full nonlinear shell, by which others are judged; each step is off by up to %.2g %% of the motion, which may add up: half the step tells (--step %.2g, steps_per_frame = %u)",
+    words.push_back(format("this is the full nonlinear shell, by which others are judged; each step is off by up to %.2g %% of the motion, which may add up: half the step tells (--step %.2g; of a scene steps_per_frame = %u)",
                            100 * share, summary.scene.step() / 2, 2 * summary.scene.steps_per_frame));
 }
 
@@ -248,22 +245,25 @@ void add_proxy(const Summary &summary, std::vector<std::string> &words) {
 
 // Steps that are too long for the motion, unless the method is further off.
 void add_step_error(const Summary &summary, std::vector<std::string> &words) {
-  constexpr double kAim = 0.01;  // of the motion, by shorter steps
   constexpr double kUnsettled = 0.3;  // nothing converges
-  constexpr double kMost = 16;   // times as many: beyond, an order tells little
   const Scene &scene = summary.scene;
   const uint32_t method = method_taken(summary);
   if (widest_frame(summary.run).report.max_displacement <= kUnseen * summary.info.size) return;
   if (const std::optional<StepEstimate> &found = summary.run.step_estimate; found && found->failed.empty()) {
     if (found->error <= kCoarseMotion) return;
-    const double times = std::min(kMost, std::ceil(std::pow(found->error / kAim, 1.0 / order_of_steps(scene, method))));
+    if (summary.run.steps_tried) {
+      words.push_back(format("note: %u steps a frame, tried too, are off by about %.0f %%: shorter steps do not settle it, as what is let go or swings undamped parts from any other run; more damping does (--damping-ratio)",
+                             summary.run.steps_tried, 100 * summary.run.error_of_tried));
+      return;
+    }
+    const uint32_t times = times_as_many_steps(found->error, order_of_steps(scene, method));
     if (found->error < method_error(summary.run)) return;
-    words.push_back(format("try: the time step costs about %.2g %% of the motion: %.0f times as many steps (%s--step %.2g, steps_per_frame = %.0f)%s, ", 100 * found->error, times,
+    words.push_back(format("try: the time step costs about %.0f %% of the motion: %u times as many steps (%s--step %.2g; of a scene steps_per_frame = %u)%s, ", 100 * found->error, times,
                            method_options(summary).c_str(), scene.step() / times, times * scene.steps_per_frame, better_steps(scene, method).c_str()) +
                     duration_words(times * summary.run.step_seconds) +
                     (found->error > kUnsettled && host::is_full_shell(method) ? "; where folds are chaotic no step does, but less wind, a stiffer sheet or more damping" : ""));
   } else if (const double share = step_error_share(summary.run); share > kCoarse) {
-    words.push_back(format("try: a step is off by up to %.2g %% of the motion: a quarter of it is off by a sixteenth (--step %.2g, steps_per_frame = %u)%s", 100 * share, scene.step() / 4,
+    words.push_back(format("try: a step is off by up to %.2g %% of the motion: a quarter of it is off by a sixteenth (--step %.2g; of a scene steps_per_frame = %u)%s", 100 * share, scene.step() / 4,
                            4 * scene.steps_per_frame, better_steps(scene, method).c_str()));
   }
 }
@@ -393,7 +393,7 @@ std::vector<std::string> closing_words(const Summary &summary) {
   add_handles(summary, words);
   add_supports(summary, words);
   if (const uint64_t early = summary.run.frames.back().report.unconverged_steps)
-    words.push_back(format("try: %llu steps ended short of their tolerance: a quarter of the step helps (--step %.2g, steps_per_frame = %u)",
+    words.push_back(format("try: %llu steps ended short of their tolerance: a quarter of the step helps (--step %.2g; of a scene steps_per_frame = %u)",
                            static_cast<unsigned long long>(early), summary.scene.step() / 4, 4 * summary.scene.steps_per_frame));
   for (const std::string &warning : summary.warnings) words.push_back("note: " + warning);
   if (falling) words.push_back(falling_words(summary));

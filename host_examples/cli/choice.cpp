@@ -21,6 +21,7 @@ constexpr double kWrong = 0.5;         // of the motion: most of what is seen
 
 // Of a step of second order by limp cloth, with its twin beside: 0.11, 0.31 and 0.64 s without with 416, 748 and 1,092 vertices (a skirt in gusts, two busy cores), 8 to 15 with 4,100.
 constexpr double kSeconds = 0.9, kVertices = 1100, kPower = 1.8;
+constexpr uint32_t kMostSteps = 64;  // a frame, that are taken unasked: of a reduced shell they are done before the page is written
 constexpr double kAim = 130;  // s, of a run on a proxy that is taken by itself
 
 double bending_stiffness(const Material &m) {
@@ -109,6 +110,18 @@ std::string settle_choice(const shellwarp::Model &model, const Mesh &mesh, uint3
     return std::string("auto is the ") + host::method_name(model.info().auto_method) + ": " + why;
   take_full_shell(scene);
   return "auto is the full shell, whose steps take long: " + why + ". --method warp is fast, and told how far off" + advice_of_proxy(scene, mesh, n_frames);
+}
+
+std::string settle_steps(const Mesh &mesh, uint32_t n_frames, uint32_t method, const Run &run, Scene &scene) {
+  const std::optional<StepEstimate> &found = run.step_estimate;
+  if (!scene.steps_open || run.interrupted || !found || !found->failed.empty() || found->error <= kCoarseMotion) return "";
+  const uint32_t steps = std::min(kMostSteps, times_as_many_steps(found->error, order_of_steps(scene, method)) * scene.steps_per_frame);
+  if (steps <= scene.steps_per_frame) return "";
+  const double seconds = seconds_of_full_shell(mesh.n_vertices(), static_cast<double>(n_frames) * steps);
+  if (host::is_full_shell(method) && seconds > kBriefly) return "";
+  const std::string before = format("steps of %.2g s cost about %.0f %% of the motion", scene.step(), 100 * found->error);
+  scene.steps_per_frame = steps;
+  return before + format("; the same again, by %u steps of %.2g s a frame", steps, scene.step()) + (host::is_full_shell(method) ? ", " + duration_words(seconds) : "");
 }
 
 std::string settle_late(const shellwarp::Model &model, const Mesh &mesh, uint32_t n_frames, const Run &run, Scene &scene) {

@@ -32,6 +32,9 @@ std::string settle_early(const Mesh &mesh, uint32_t n_frames, bool on_page, Scen
 // shell in place of the warp, which gets all of it wrong, where its steps take a fraction of a second.
 std::string settle_choice(const shellwarp::Model &model, const Mesh &mesh, uint32_t n_frames, Scene &scene);
 
+// After a run, where nobody said how long a step is: more steps a frame, where their length costs what can be seen and they are quick. The sentence, or empty.
+std::string settle_steps(const Mesh &mesh, uint32_t n_frames, uint32_t method, const Run &run, Scene &scene);
+
 // After a run by what auto took, whose error was estimated: the full shell where most of what is seen is wrong and a run takes minutes. The sentence, or empty.
 std::string settle_late(const shellwarp::Model &model, const Mesh &mesh, uint32_t n_frames, const Run &run, Scene &scene);
 

@@ -202,7 +202,7 @@ struct SimulateOptions {
   std::optional<double> young, poisson, thickness, volume_density;
   SupportOptions fixed, clamped;
   double tie = 0;
-  double step = 1.0 / 30;
+  std::optional<double> step;
   RunOptions run;
 };
 
@@ -278,7 +278,7 @@ void add_simulate_options(CLI::App &app, SimulateOptions &o) {
       ->check(words_for("a number from 0 on", [](double x) { return x >= 0; }));
   add_proxy_options(app, o.scene.proxy);
   app.add_option("--duration", o.scene.duration, "Seconds (5)")->check(positive());
-  app.add_option("--step", o.step, "Seconds a step, a frame being one step (1/30)")->check(positive());
+  app.add_option("--step", o.step, "Seconds a step, a frame being one step (frames of 1/30, of so many steps as the motion needs where these are quick)")->check(positive());
   app.add_option("--k-area", o.scene.material.k_area, "Stiffness against change of area (1e4)")
       ->check(number());
   app.add_option("--k-length", o.scene.material.k_length,
@@ -369,7 +369,8 @@ int simulate_mesh(SimulateOptions &o) {
   if (!o.scene.render_path.empty()) o.scene.inputs.push_back(o.scene.render_path);
   o.scene.name = std::filesystem::path(o.scene.mesh_path).stem().string();
   o.scene.title = o.scene.name;
-  o.scene.frame_rate = 1 / o.step;
+  o.scene.frame_rate = o.step ? 1 / *o.step : 30;
+  o.scene.steps_open = !o.step;
   o.scene.length_unit = unit_name(o.scene.metres_per_unit);
   apply_options(o.run, o.scene);
   return run_shells({o.scene.name, o.scene.title, {o.scene}, {}}, o.run);

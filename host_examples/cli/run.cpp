@@ -32,6 +32,7 @@
 #include <optional>
 #include <set>
 #include <stdexcept>
+#include <utility>
 
 namespace cli {
 
@@ -90,8 +91,10 @@ std::size_t n_judged(const Scene &scene, const RunOptions &options, uint32_t n_v
   return !is_judged(scene, options, n_vertices) ? 0 : n_vertices > kMostJudged ? 1 : 8;
 }
 
-// Whether a twin by steps twice as long is to tell what the steps cost.
-bool has_twin(const RunOptions &options) { return (!options.quiet || !options.html.empty() || options.view) && !options.no_certify; }
+// Whether a twin by steps twice as long is to tell what the steps cost; of a quiet run, too, whose steps go by it.
+bool has_twin(const Scene &scene, const RunOptions &options) {
+  return (!options.quiet || !options.html.empty() || options.view || scene.steps_open) && !options.no_certify;
+}
 
 uint32_t method_of(const Scene &scene, const SwModelInfo &info) { return host::needs_choice(scene.method) ? info.auto_method : scene.method; }
 
@@ -154,7 +157,7 @@ std::string label_of(const Scene &scene, const SwModelInfo &info) {
 
 // What a run keeps that is read later, of the model's method.
 Keep keep_of(const Scene &scene, const RunOptions &options, const Mesh &mesh, const shellwarp::Model &model, bool states) {
-  return {states, n_judged(scene, options, mesh.n_vertices()), has_twin(options), method_of(scene, model.info())};
+  return {states, n_judged(scene, options, mesh.n_vertices()), has_twin(scene, options), method_of(scene, model.info())};
 }
 
 // The same scene by another method, onto the page. A model that was made for another one does, where it offers the method and was not chosen
@@ -185,6 +188,8 @@ std::optional<Film> add_method(const Scene &scene, const Mesh &mesh, const std::
   page.add_film(scene, run, film, words, label_of(scene, model.info()));
   return film;
 }
+
+constexpr double kTold = 60;  // s, from which on it is said how long it may take
 
 struct Compared {
   std::string name;
@@ -227,8 +232,8 @@ void add_to_page(const Scene &scene, const Mesh &mesh, const std::vector<PlacedH
     if ((is_there || twice) && !options.quiet)
       std::printf("%s is on the page already: %s\n", name.c_str(), twice ? "--compare names it twice" : other.method != scene.method ? "auto took it" : "it is the method");
     if (is_there || twice || interrupted()) continue;
-    if (!options.quiet) std::printf("compared with %s:\n", name.c_str());
-    std::fflush(stdout);
+    const double seconds = host::is_full_shell(other.method) ? seconds_of_full_shell(mesh.n_vertices(), static_cast<double>(run.steps)) : 0;
+    say("compared with " + name + (seconds > kTold ? ", up to " + duration_words(seconds) : "") + ":", options.quiet);
     std::optional<Film> made = add_method(other, mesh, handles, n_frames, model, options, page);
     if (!made) continue;
     films.push_back(std::move(*made));
@@ -258,6 +263,7 @@ std::string afterwards(const std::string &note) { return note.substr(0, std::min
 Mesh settled_mesh(Scene &scene, uint32_t n_frames, bool on_page, bool quiet, std::vector<std::string> &told) {
   Mesh mesh = scene_mesh(scene);
   if (!quiet && scene.length_unit == "m") print_doubt_of_unit(scene.mesh_path, mesh);
+  find_supports(scene, mesh);  // a slip in what is held is told first
   const Scene as_given = scene;
   std::string note = settle_early(mesh, n_frames, on_page, scene);
   if (scene.proxy.vertices != as_given.proxy.vertices) try {
@@ -301,7 +307,6 @@ Attempt attempt(const Scene &scene, const RunOptions &options, uint32_t n_frames
     say(format("note: the shell begins inside a collider, %.3g deep: it is pushed out at once, which may throw it; move the collider or the mesh apart", deep), options.quiet);
   made.run = simulate(scene, n_frames, mesh, handles, made.state, cache, on_page ? &made.film : nullptr, options.quiet, keep, render);
   made.run.begins_inside = deep > kSeen * model.info().size;
-  certify(scene, options, made.state, mesh.n_vertices(), made.run);
   return made;
 }
 
@@ -315,6 +320,25 @@ void write_all(OutputFolder &folder, const Scene &scene, const Mesh &mesh, const
     go_to(made.run, made.run.frames.back(), scene, made.state);
   }
   folder.put_in_place();
+}
+
+// As many steps a frame as the motion needs, where nobody said how many; of the tries the one whose steps cost least. Long steps calm a swing, and may be nearer to
+// their twin than shorter ones that begin to follow it: so it goes on.
+template <class Again>
+void settle_by_steps(const Mesh &mesh, uint32_t n_frames, uint32_t method, Scene &scene, std::optional<Attempt> &made, const Again &again) {
+  const auto error = [&] { return made->run.step_estimate && made->run.step_estimate->failed.empty() ? made->run.step_estimate->error : 1e300; };
+  uint32_t best = scene.steps_per_frame;
+  double least = error();
+  for (std::string note; !(note = settle_steps(mesh, n_frames, method, made->run, scene)).empty();) {
+    again(note);
+    if (made->run.interrupted || error() < least) best = scene.steps_per_frame, least = error();
+  }
+  if (best == scene.steps_per_frame) return;
+  const uint32_t tried = std::exchange(scene.steps_per_frame, best);
+  const double of_tried = error();
+  again(format("%u steps a frame are no nearer; back to %u", tried, best));
+  made->run.steps_tried = tried;
+  made->run.error_of_tried = of_tried;
 }
 
 int run_scene(Scene scene, const RunOptions &options, OutputFolder *folder, Page *page, Picture *picture) {
@@ -350,11 +374,23 @@ int run_scene(Scene scene, const RunOptions &options, OutputFolder *folder, Page
     return attempt(scene, options, n_frames, mesh, handles, model, cache ? &*cache : nullptr, page || picture, keep_of(scene, options, mesh, model, folder != nullptr), render ? &*render : nullptr);
   };
   std::optional<Attempt> made(run_it());
-  if (const std::string note = settle_late(model, mesh, n_frames, made->run, scene); !note.empty()) {
+  const auto again = [&](const std::string &note) {
     say(note, options.quiet);
-    told.push_back(afterwards(note));
     if (cache) cache->restart();
     made.emplace(run_it());
+  };
+  const uint32_t given = scene.steps_per_frame;
+  const std::optional<StepEstimate> first = made->run.step_estimate;
+  settle_by_steps(mesh, n_frames, method_of(scene, model.info()), scene, made, again);
+  certify(scene, options, made->state, mesh.n_vertices(), made->run);
+  const uint32_t settled = std::exchange(scene.steps_per_frame, given);
+  if (const std::string note = settle_late(model, mesh, n_frames, made->run, scene); !note.empty()) {
+    told.push_back(afterwards(note));
+    again(note);
+    certify(scene, options, made->state, mesh.n_vertices(), made->run);
+  } else if (settled > given) {
+    scene.steps_per_frame = settled;
+    told.push_back(format("took %u steps a frame, as one costs about %.0f %% of the motion; --step says how long a step is", settled, 100 * first->error));
   }
   const Run &run = made->run;
   if (options.plan) std::fputs(made->state.plan_text(scene.step()).c_str(), stdout);
@@ -362,7 +398,7 @@ int run_scene(Scene scene, const RunOptions &options, OutputFolder *folder, Page
   if (folder && shown) write_all(*folder, scene, mesh, handles, model, render ? &*render : nullptr, cache ? &*cache : nullptr, *made);
   const Summary summary{scene, model.info(), model.frequencies(), run, model.front(), find_creases(scene.material, mesh), told, mesh.proxy.get()};
   const int status = report(summary, options, shown);
-  if (picture && shown) picture->add(mesh, made->film, scene.up.value_or(up_axis(scene, mesh)));
+  if (picture && shown) picture->add(mesh, made->film, all_of(find_supports(scene, mesh)), scene.loads.wind ? scene.loads.wind->velocity : std::array<double, 3>{}, scene.up.value_or(up_axis(scene, mesh)));
   if (page && shown) add_to_page(scene, mesh, handles, n_frames, run, made->film, closing_words(summary), model, options, *page);
   return interrupted() ? kInterrupted : status;
 }
@@ -422,7 +458,9 @@ void finish_page(const Page &page, const SceneFile &file, const RunOptions &opti
 void finish_picture(const Picture &picture, const SceneFile &file, const RunOptions &options) {
   if (picture.empty()) return;
   write_picture(picture, options.png, inputs_of(file));
-  say("picture: " + options.png + ": at rest, where it moved furthest, and at the end" + (picture.times_larger() > 1 ? format(", motion drawn %.0f times as large", picture.times_larger()) : ""), options.quiet);
+  say("picture: " + options.png + ": at rest, where it moved furthest, and at the end" + (picture.times_larger() > 1 ? format(", motion drawn %.0f times as large", picture.times_larger()) : "") +
+          "; grey: at rest; dots: what is held" + (picture.has_wind() ? "; arrow: the wind" : ""),
+      options.quiet);
 }
 
 // Those of all shells, made once.

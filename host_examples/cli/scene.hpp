@@ -177,6 +177,7 @@ struct Scene {
   uint32_t integrator = 0;  // SW_INTEGRATOR_...; 0 where none is named
   double frame_rate = 30;  // Hz
   uint32_t steps_per_frame = 1;
+  bool steps_open = false;  // nobody said how long a step is
   double duration = 5;  // s
   std::array<double, 3> gravity{};
   double stiffness_factor = 1;  // after the precompute

@@ -55,6 +55,8 @@ struct Run {
   std::string uncertified;                   // why there is none, if there should be one
   std::vector<ErrorEstimate> estimates;      // of a few frames, the last one's behind
   std::optional<StepEstimate> step_estimate;  // what the length of the steps costs the whole motion, where a twin ran
+  uint32_t steps_tried = 0;                    // a frame, more than these, which were no nearer
+  double error_of_tried = 0;                   // of the motion
   double step_seconds = 0, position_seconds = 0;
   HandleFigures handles;
   std::optional<SwEquilibriumReport> equilibrium;  // of a static scene

@@ -29,6 +29,11 @@ double step_error_of(double share, uint32_t order) {
   return share * (small + (1 - small) * std::min(1.0, share / kUnconverged));
 }
 
+uint32_t times_as_many_steps(double error, uint32_t order) {
+  constexpr double kAim = 0.01, kMost = 16;
+  return static_cast<uint32_t>(std::min(kMost, std::ceil(std::pow(error / kAim, 1.0 / order))));
+}
+
 StepTwin::StepTwin(const Scene &scene, const Mesh &mesh, std::vector<PlacedHandle> handles, const shellwarp::State &state, uint32_t method)
     : scene_(scene), mesh_(mesh), supports_(scene, mesh), handles_(std::move(handles)), state_(state.clone()),
       order_(order_of_steps(scene, method)), beside_(host::is_full_shell(method)), own_(mesh.positions.size()), other_(mesh.positions.size()) {}

@@ -40,6 +40,12 @@ uint32_t order_of_steps(const Scene &scene, uint32_t method);
 // The error by a share that doubling the steps changes.
 double step_error_of(double share, uint32_t order);
 
+// An error that is seen, as a share of the motion.
+constexpr double kCoarseMotion = 0.03;
+
+// How many times as many steps bring such an error to a hundredth of the motion; at most 16, beyond which an order tells little.
+uint32_t times_as_many_steps(double error, uint32_t order);
+
 class StepTwin {
 public:
   // `state` as it is before the first step, which is copied; `method` is what it moves by.
