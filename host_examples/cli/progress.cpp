@@ -87,4 +87,10 @@ void ProgressBar::show(uint32_t phase, double fraction) {
   std::fflush(stderr);
 }
 
+void say(const std::string &sentence, bool quiet) {
+  if (quiet || sentence.empty()) return;
+  std::printf("%s\n", sentence.c_str());
+  std::fflush(stdout);
+}
+
 }  // namespace cli

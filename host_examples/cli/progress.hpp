@@ -6,6 +6,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <string>
 
 namespace cli {
 
@@ -17,6 +18,9 @@ bool interrupted();
 bool stopped_by_user();
 
 bool stderr_is_terminal();
+
+// A line on stdout at once, unless quiet or empty.
+void say(const std::string &sentence, bool quiet);
 
 // Draws on stderr: one line that is redrawn on a terminal; in a log, from two seconds on, a line for each fifth of a phase; nothing when quiet.
 class ProgressBar {

@@ -1,13 +1,16 @@
 #include "run.hpp"
 
 #include "advice.hpp"
+#include "attempt.hpp"
 #include "choice.hpp"
 #include "comparison.hpp"
+#include "estimates.hpp"
 #include "frame_files.hpp"
 #include "judge.hpp"
 #include "mesh.hpp"
 #include "moving_files.hpp"
 #include "method.hpp"
+#include "methods_on_page.hpp"
 #include "output_file.hpp"
 #include "page.hpp"
 #include "picture.hpp"
@@ -23,14 +26,11 @@
 #include "watch.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <deque>
 #include <filesystem>
 #include <memory>
 #include <optional>
-#include <set>
 #include <stdexcept>
 #include <utility>
 
@@ -42,12 +42,6 @@ int tell_violations(const std::vector<std::string> &sentences) {
   for (const std::string &sentence : sentences)
     std::fprintf(stderr, "shellwarp: not as expected: %s\n", sentence.c_str());
   return sentences.empty() ? 0 : kFailure;
-}
-
-void say(const std::string &sentence, bool quiet) {
-  if (quiet || sentence.empty()) return;
-  std::printf("%s\n", sentence.c_str());
-  std::fflush(stdout);
 }
 
 int tell_stopped(const Scene &scene, const std::string &where, bool shown = false) {
@@ -64,11 +58,6 @@ int report(const Summary &summary, const RunOptions &options, bool shown) {
   return tell_violations(violations(summary, !options.frames));
 }
 
-shellwarp::Model precompute(const Scene &scene, const Mesh &mesh, bool quiet) {
-  ProgressBar progress(quiet);
-  return make_model(scene, mesh, progress);
-}
-
 int run_comparison(const Scene &scene, const Mesh &mesh, const RunOptions &options, OutputFolder *folder) {
   const ComparisonRun run = compare(scene, mesh, options.quiet);
   if (!options.quiet) print_comparison(scene, run);
@@ -76,65 +65,6 @@ int run_comparison(const Scene &scene, const Mesh &mesh, const RunOptions &optio
   if (interrupted()) return tell_stopped(scene, "before the last equilibrium");
   if (folder) folder->put_in_place();
   return tell_violations(violations(scene, run));
-}
-
-constexpr uint32_t kMostJudged = 5000;  // vertices of which the error of a frame takes a fraction of a second
-
-// Whether errors are estimated: not of the full shell, nor where nobody would read them. The automatic choice goes by them.
-bool is_judged(const Scene &scene, const RunOptions &options, uint32_t n_vertices) {
-  const bool read = !options.quiet || !options.html.empty() || options.view || (host::needs_choice(scene.method) && n_vertices <= kMostJudged);
-  return read && !options.no_certify && !host::is_full_shell(scene.method);
-}
-
-// Of so many frames beside the most displaced, the last one among them. Of large meshes each takes seconds.
-std::size_t n_judged(const Scene &scene, const RunOptions &options, uint32_t n_vertices) {
-  return !is_judged(scene, options, n_vertices) ? 0 : n_vertices > kMostJudged ? 1 : 8;
-}
-
-// Whether a twin by steps twice as long is to tell what the steps cost; of a quiet run, too, whose steps go by it.
-bool has_twin(const Scene &scene, const RunOptions &options) {
-  return (!options.quiet || !options.html.empty() || options.view || scene.steps_open) && !options.no_certify;
-}
-
-uint32_t method_of(const Scene &scene, const SwModelInfo &info) { return host::needs_choice(scene.method) ? info.auto_method : scene.method; }
-
-ErrorEstimate estimate_at(const FrameRecord &frame, const SwCertificate &found) {
-  return {frame.report.time, found.error, frame.report.max_displacement};
-}
-
-// The estimate at a few frames before the last one, the most displaced among them.
-void estimate_errors(bool quiet, Run &run) {
-  if (!run.certificate) return;
-  Watch watch("estimating the errors over time", quiet, static_cast<uint32_t>(run.judged.size()));
-  for (const KeptFrame &kept : run.judged) {
-    if (interrupted()) break;
-    watch.at(static_cast<uint32_t>(&kept - run.judged.data()));
-    try {
-      run.estimates.push_back(estimate_at(run.frames[kept.frame], kept.state->certify()));
-    } catch (const shellwarp::Error &) {  // there is none of this shape
-    }
-  }
-  run.judged.clear();
-  run.estimates.push_back(estimate_at(run.frames.back(), *run.certificate));
-}
-
-// The errors of the last frame and of some before, estimated. The run is whole without: where there is no estimate, the table says why.
-void certify(const Scene &scene, const RunOptions &options, shellwarp::State &state, uint32_t n_vertices, Run &run) {
-  constexpr uint32_t kMost = 50000;  // some tens of seconds
-  if (!is_judged(scene, options, n_vertices) || run.interrupted) return;
-  if (!options.certify && n_vertices > kMost) {
-    run.uncertified = format("of %u vertices it would take long; --certify estimates it", n_vertices);
-    return;
-  }
-  {
-    const Watch watch("estimating the error", options.quiet);
-    try {
-      run.certificate = state.certify();
-    } catch (const shellwarp::Error &error) {
-      run.uncertified = error.what();
-    }
-  }
-  estimate_errors(options.quiet, run);
 }
 
 // A slip of the keyboard should not run for years, or fill the disk.
@@ -147,99 +77,6 @@ void refuse_surprises(const Scene &scene, uint32_t n_frames, const Mesh &mesh, c
     throw std::runtime_error(format("%s will take %.4g MB, and %.4g MB are free; add --yes to try",
                                     folder->path(scene.name).c_str(), bytes / 1e6,
                                     static_cast<double>(folder->free_bytes()) / 1e6));
-}
-
-// What menus call its method; of the automatic choice, what that took.
-std::string label_of(const Scene &scene, const SwModelInfo &info) {
-  const std::string label = sw_method_label(scene.method);
-  return host::needs_choice(scene.method) ? label + ": " + sw_method_label(info.auto_method) : label;
-}
-
-// What a run keeps that is read later, of the model's method.
-Keep keep_of(const Scene &scene, const RunOptions &options, const Mesh &mesh, const shellwarp::Model &model, bool states) {
-  return {states, n_judged(scene, options, mesh.n_vertices()), has_twin(scene, options), method_of(scene, model.info())};
-}
-
-// The same scene by another method, onto the page. A model that was made for another one does, where it offers the method and was not chosen
-// by a budget, which may have taken other modes.
-std::optional<Film> add_method(const Scene &scene, const Mesh &mesh, const std::vector<PlacedHandle> &handles, uint32_t n_frames,
-                const shellwarp::Model &made, const RunOptions &options, Page &page) {
-  std::optional<shellwarp::Model> own;
-  if (!made.front().empty() || sw_model_offers(made.get(), scene.method) != SW_OK) own.emplace(precompute(scene, mesh, options.quiet));
-  const shellwarp::Model &model = own ? *own : made;
-  shellwarp::State state = make_state(scene, mesh, model);
-  Film film(mesh, n_frames, options.compare.size() + 1);
-  Run run;
-  try {
-    run = simulate(scene, n_frames, mesh, handles, state, nullptr, &film, options.quiet, keep_of(scene, options, mesh, model, false));
-  } catch (const std::runtime_error &error) {  // the others go on, and the page says why this one is not there
-    const std::string sentence = std::string("note: ") + sw_method_label(scene.method) + " is left out: " + error.what();
-    std::fprintf(stderr, "%s\n", sentence.c_str());
-    page.add_words({sentence});
-    return std::nullopt;
-  }
-  if (run.interrupted) return std::nullopt;
-  certify(scene, options, state, mesh.n_vertices(), run);
-  std::vector<std::string> words = closing_words({scene, model.info(), model.frequencies(), run, {}, {}, {}, mesh.proxy.get(), true});
-  for (std::string &sentence : words) {
-    sentence = std::string(sw_method_label(scene.method)) + ": " + sentence;
-    if (!options.quiet) std::printf("%s\n", sentence.c_str());
-  }
-  page.add_film(scene, run, film, words, label_of(scene, model.info()));
-  return film;
-}
-
-constexpr double kTold = 60;  // s, from which on it is said how long it may take
-
-struct Compared {
-  std::string name;
-  bool full;
-  const Film *film;
-};
-
-// How far apart the methods are: of the full shell where one of them is, else of the first. Of what adds up over time, too, which no estimate of a moment has.
-void tell_differences(const std::vector<Compared> &all, bool quiet, Page &page) {
-  const auto full = std::find_if(all.begin(), all.end(), [](const Compared &c) { return c.full; });
-  const Compared &reference = full == all.end() ? all.front() : *full;
-  for (const Compared &c : all) {
-    if (&c == &reference) continue;
-    const Film::Difference off = c.film->from(*reference.film);
-    const std::string sentence = "difference: " + c.name + " is " + format("%.2g %% of the largest displacement off %s at most, at %.3g s; %.2g %% at the end", 100 * off.worst,
-                                                                        reference.name.c_str(), off.seconds, 100 * off.at_end);
-    say(sentence, quiet);
-    page.add_words({sentence});
-  }
-}
-
-// The shell with what was said of it, and the methods that it is to be compared with.
-void add_to_page(const Scene &scene, const Mesh &mesh, const std::vector<PlacedHandle> &handles, uint32_t n_frames,
-                 const Run &run, const Film &film, const std::vector<std::string> &words,
-                 const shellwarp::Model &model, const RunOptions &options, Page &page) {
-  const SwModelInfo info = model.info();
-  page.add_shell(scene, mesh, handles, film);
-  page.add_film(scene, run, film, words, label_of(scene, info));
-  std::set<uint32_t> shown;
-  std::deque<Film> films;
-  const uint32_t taken = method_of(scene, info);
-  std::vector<Compared> all = {{host::method_name(taken), host::is_full_shell(taken), &film}};
-  for (const std::string &name : options.compare) {
-    Scene other = scene;
-    other.method = *host::find_method(name);
-    if (!scene.integrator && host::is_full_shell(other.method)) other.integrator = SW_INTEGRATOR_SECOND_ORDER;  // others are measured by it
-    const bool chosen = host::needs_choice(scene.method);
-    const bool is_there = other.method == scene.method || (chosen && other.method == info.auto_method);
-    const bool twice = !shown.insert(other.method).second;
-    if ((is_there || twice) && !options.quiet)
-      std::printf("%s is on the page already: %s\n", name.c_str(), twice ? "--compare names it twice" : other.method != scene.method ? "auto took it" : "it is the method");
-    if (is_there || twice || interrupted()) continue;
-    const double seconds = host::is_full_shell(other.method) ? seconds_of_full_shell(mesh.n_vertices(), static_cast<double>(run.steps)) : 0;
-    say("compared with " + name + (seconds > kTold ? ", up to " + duration_words(seconds) : "") + ":", options.quiet);
-    std::optional<Film> made = add_method(other, mesh, handles, n_frames, model, options, page);
-    if (!made) continue;
-    films.push_back(std::move(*made));
-    all.push_back({name, host::is_full_shell(other.method), &films.back()});
-  }
-  tell_differences(all, options.quiet, page);
 }
 
 void bind_render_mesh(const Scene &scene, const shellwarp::Model &model, bool quiet, RenderMesh &render) {
@@ -278,38 +115,6 @@ Mesh settled_mesh(Scene &scene, uint32_t n_frames, bool on_page, bool quiet, std
   return mesh;
 }
 
-// A run from the start to its end or where it was stopped, and how far off it is.
-struct Attempt {
-  shellwarp::State state;
-  Film film;
-  Run run;
-};
-
-constexpr double kSeen = 1e-3;  // of its size
-
-// How far what moves of the shell is inside a collider before the first step.
-double depth_inside(const Scene &scene, const Mesh &mesh, const shellwarp::State &state) {
-  if (scene.colliders.empty()) return 0;
-  std::vector<double> at(mesh.positions.size()), outside(at.size());
-  state.positions(at.data(), mesh.n_vertices());
-  state.positions_outside(outside.data(), mesh.n_vertices());
-  double deepest = 0;
-  for (std::size_t k = 0; k < at.size(); k += 3)
-    deepest = std::max(deepest, std::hypot(outside[k] - at[k], outside[k + 1] - at[k + 1], outside[k + 2] - at[k + 2]));
-  return deepest;
-}
-
-Attempt attempt(const Scene &scene, const RunOptions &options, uint32_t n_frames, const Mesh &mesh, const std::vector<PlacedHandle> &handles, const shellwarp::Model &model,
-                PointCache *cache, bool on_page, const Keep &keep, const RenderMesh *render) {
-  Attempt made{make_state(scene, mesh, model), Film(mesh, on_page ? n_frames : 0, options.compare.size() + 1), {}};
-  const double deep = depth_inside(scene, mesh, made.state);
-  if (deep > kSeen * model.info().size)
-    say(format("note: the shell begins inside a collider, %.3g deep: it is pushed out at once, which may throw it; move the collider or the mesh apart", deep), options.quiet);
-  made.run = simulate(scene, n_frames, mesh, handles, made.state, cache, on_page ? &made.film : nullptr, options.quiet, keep, render);
-  made.run.begins_inside = deep > kSeen * model.info().size;
-  return made;
-}
-
 void write_all(OutputFolder &folder, const Scene &scene, const Mesh &mesh, const std::vector<PlacedHandle> &handles, const shellwarp::Model &model, const RenderMesh *render,
                PointCache *cache, Attempt &made) {
   if (cache) cache->close();
@@ -320,25 +125,6 @@ void write_all(OutputFolder &folder, const Scene &scene, const Mesh &mesh, const
     go_to(made.run, made.run.frames.back(), scene, made.state);
   }
   folder.put_in_place();
-}
-
-// As many steps a frame as the motion needs, where nobody said how many; of the tries the one whose steps cost least. Long steps calm a swing, and may be nearer to
-// their twin than shorter ones that begin to follow it: so it goes on.
-template <class Again>
-void settle_by_steps(const Mesh &mesh, uint32_t n_frames, uint32_t method, Scene &scene, std::optional<Attempt> &made, const Again &again) {
-  const auto error = [&] { return made->run.step_estimate && made->run.step_estimate->failed.empty() ? made->run.step_estimate->error : 1e300; };
-  uint32_t best = scene.steps_per_frame;
-  double least = error();
-  for (std::string note; !(note = settle_steps(mesh, n_frames, method, made->run, scene)).empty();) {
-    again(note);
-    if (made->run.interrupted || error() < least) best = scene.steps_per_frame, least = error();
-  }
-  if (best == scene.steps_per_frame) return;
-  const uint32_t tried = std::exchange(scene.steps_per_frame, best);
-  const double of_tried = error();
-  again(format("%u steps a frame are no nearer; back to %u", tried, best));
-  made->run.steps_tried = tried;
-  made->run.error_of_tried = of_tried;
 }
 
 int run_scene(Scene scene, const RunOptions &options, OutputFolder *folder, Page *page, Picture *picture) {
@@ -361,7 +147,7 @@ int run_scene(Scene scene, const RunOptions &options, OutputFolder *folder, Page
   std::optional<PointCache> cache;  // opened first: a folder that cannot be written is told before the long work
   if (folder && writes(scene, "pc2")) cache.emplace(*folder, scene.name + ".pc2", mesh.n_vertices());
   Warnings warnings;
-  const shellwarp::Model model = precompute(scene, mesh, options.quiet);
+  const shellwarp::Model model = make_model(scene, mesh, options.quiet);
   if (mesh.proxy && !mesh.proxy->calibrated.empty()) say(scene.mesh_path + ": proxy: " + mesh.proxy->calibrated, options.quiet);
   const std::vector<std::string> warned = warnings.taken();
   told.insert(told.begin(), warned.begin(), warned.end());

@@ -356,6 +356,11 @@ shellwarp::Model make_model(const Scene &scene, const Mesh &mesh, ProgressBar &p
   return model;
 }
 
+shellwarp::Model make_model(const Scene &scene, const Mesh &mesh, bool quiet) {
+  ProgressBar progress(quiet);
+  return make_model(scene, mesh, progress);
+}
+
 shellwarp::State make_state(const Scene &scene, const Mesh &mesh, const shellwarp::Model &model) {
   SwStateDesc desc = shellwarp::state_desc();
   desc.method = scene.method;

@@ -32,6 +32,8 @@ Mesh scene_mesh(const Scene &scene);
 Material find_material(const Scene &scene, const Mesh &mesh, ProgressBar &progress);
 
 shellwarp::Model make_model(const Scene &scene, const Mesh &mesh, ProgressBar &progress);
+// The same with a bar of its own.
+shellwarp::Model make_model(const Scene &scene, const Mesh &mesh, bool quiet);
 shellwarp::State make_state(const Scene &scene, const Mesh &mesh, const shellwarp::Model &model);
 
 }  // namespace cli
