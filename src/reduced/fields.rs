@@ -1,6 +1,7 @@
 //! The run-time fields B in blocks of [`LANES`] vertices: a header, the rest positions x y z, and three lines for each field.
 //! u = Bq is one pass from front to back. As in [`crate::warp::Basis`], stored values are B √M, with M the total mass.
 
+use super::placed::{Kept, Placed, Rows, Visit, rows_of};
 use crate::Vec3;
 use crate::arithmetic::Arithmetic;
 use crate::error::{Result, try_zeroed};
@@ -13,7 +14,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 /// Lines before the fields, and of a field.
-pub(super) const HEADER: usize = 3;
+const HEADER: usize = 3;
 const SHAPES: usize = 3;
 
 /// Modes and further fields together, at most: the dense work of a step grows with the square.
@@ -107,7 +108,12 @@ impl<T: Real> Fields<T> {
 
     /// As [`Fields::displacements`], of `vertices` alone: the place in the list, and u.
     pub fn displacements_of(&self, q: &[f64], vertices: &[u32], visit: impl FnMut(usize, Vec3)) {
-        self.rows_of(q, vertices, |u, _| wide_rows(u), visit);
+        let rows = |block: Range<usize>| {
+            let mut rows = [Vec3::zeros(); LANES];
+            self.sweep(q, block, &mut |_, u: &[Line<T>; 3], _: &[Line<T>]| rows = wide_rows(u));
+            rows
+        };
+        rows_of(vertices, rows, visit);
     }
 
     /// As [`Fields::displacements`], with those of `q_dot` beside.
@@ -124,11 +130,8 @@ impl<T: Real> Fields<T> {
     }
 
     /// Hands the positions of all vertices to `write` as f32, some rows at a time, computed in T throughout.
-    pub fn positions_f32(&self, q: &[f64], placement: &Placement, mut write: impl FnMut(usize, &[[f32; 3]])) {
-        let rows = placed_rows(placement);
-        self.sweep(q, self.blocks(), &mut |first, u: &[Line<T>; 3], rest: &[Line<T>]| {
-            write(first, &rows(u, rest)[..LANES.min(self.n_vertices - first)]);
-        });
+    pub fn positions_f32(&self, q: &[f64], placement: &Placement, write: impl FnMut(usize, &[[f32; 3]])) {
+        self.sweep(q, self.blocks(), &mut Rows { n_vertices: self.n_vertices, placed: Placed::by(placement), write });
     }
 
     /// As [`Fields::positions_f32`], of `vertices` alone: the place in the list, and the row.
@@ -139,29 +142,7 @@ impl<T: Real> Fields<T> {
         vertices: &[u32],
         write: impl FnMut(usize, [f32; 3]),
     ) {
-        self.rows_of(q, vertices, placed_rows(placement), write);
-    }
-
-    /// Hands a row of each of `vertices` to `write`; `rows` makes those of a block.
-    fn rows_of<R: Copy>(
-        &self,
-        q: &[f64],
-        vertices: &[u32],
-        rows: impl Fn(&[Line<T>; 3], &[Line<T>]) -> [R; LANES],
-        mut write: impl FnMut(usize, R),
-    ) {
-        let mut last = None;
-        for (i, v) in vertices.iter().map(|v| *v as usize).enumerate() {
-            let block = v / LANES;
-            if last.is_none_or(|(held, _)| held != block) {
-                self.sweep(q, block..block + 1, &mut |_, u: &[Line<T>; 3], rest: &[Line<T>]| {
-                    last = Some((block, rows(u, rest)));
-                });
-            }
-            if let Some((_, rows)) = &last {
-                write(i, rows[v % LANES]);
-            }
-        }
+        rows_of(vertices, |block| Kept::of(placement, |kept| self.sweep(q, block, kept)), write);
     }
 
     /// Adds Bᵀf √M to `out`, in f64.
@@ -197,30 +178,13 @@ impl<T: Real> Fields<T> {
     }
 
     /// Hands the first vertex of each of `blocks`, u and the rest positions to `visit`.
-    fn sweep(&self, q: &[f64], blocks: Range<usize>, visit: &mut impl FnMut(usize, &[Line<T>; 3], &[Line<T>])) {
+    fn sweep(&self, q: &[f64], blocks: Range<usize>, visit: &mut impl Visit<T>) {
         self.arch.dispatch(Sweep { fields: self, q, blocks, visit });
     }
 }
 
 fn wide_rows<T: Real>(u: &[Line<T>; 3]) -> [Vec3; LANES] {
     std::array::from_fn(|i| Vec3::from_fn(|c, _| u[c].0[i].to_f64()))
-}
-
-/// Makes the positions of a block from its displacements and rest positions.
-#[allow(clippy::type_complexity)] // said by the names of its parts
-pub(super) fn placed_rows<T: Real>(placement: &Placement) -> impl Fn(&[Line<T>; 3], &[Line<T>]) -> [[f32; 3]; LANES] {
-    let origin: [T; 3] = std::array::from_fn(|c| T::of(placement.origin[c]));
-    let matrix = |r: nalgebra::Matrix3<f64>| std::array::from_fn(|c| std::array::from_fn(|d| T::of(r[(c, d)])));
-    let turn: Option<[[T; 3]; 3]> = placement.rotation.map(matrix);
-    move |u, rest| {
-        std::array::from_fn(|i| {
-            let local: [T; 3] = std::array::from_fn(|c| rest[c].0[i] + u[c].0[i]);
-            std::array::from_fn(|c| {
-                let turned = turn.map_or(local[c], |r| r[c][0] * local[0] + r[c][1] * local[1] + r[c][2] * local[2]);
-                (origin[c] + turned).to_f32()
-            })
-        })
-    }
 }
 
 struct Sweep<'a, T, V> {
@@ -230,7 +194,7 @@ struct Sweep<'a, T, V> {
     visit: &'a mut V,
 }
 
-impl<T: Real, V: FnMut(usize, &[Line<T>; 3], &[Line<T>])> WithSimd for Sweep<'_, T, V> {
+impl<T: Real, V: Visit<T>> WithSimd for Sweep<'_, T, V> {
     type Output = ();
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
@@ -241,7 +205,7 @@ impl<T: Real, V: FnMut(usize, &[Line<T>; 3], &[Line<T>])> WithSimd for Sweep<'_,
     }
 }
 
-impl<T: Real, V: FnMut(usize, &[Line<T>; 3], &[Line<T>])> Sweep<'_, T, V> {
+impl<T: Real, V: Visit<T>> Sweep<'_, T, V> {
     #[inline(always)]
     fn by<S: Kind>(self, simd: S::Simd) {
         // As many registers as a line has: so many independent sums.
@@ -256,7 +220,7 @@ impl<T: Real, V: FnMut(usize, &[Line<T>; 3], &[Line<T>])> Sweep<'_, T, V> {
     #[inline(always)]
     fn run<S: Kind, const N: usize>(self, simd: S::Simd) {
         let lanes = Lanes::<T, S, N>::new(simd);
-        self.combined(|shapes, q, u: &mut [Line<T>; 3]| {
+        self.combined(simd, |shapes, q, u: &mut [Line<T>; 3]| {
             let mut sum: Vectors<T, S, N> = [lanes.splat(0.0); 3];
             for (lines, q) in shapes.chunks_exact(SHAPES).zip(q) {
                 let q = lanes.splat(*q);
@@ -270,7 +234,7 @@ impl<T: Real, V: FnMut(usize, &[Line<T>; 3], &[Line<T>])> Sweep<'_, T, V> {
     #[inline(always)]
     fn run_narrow<S: Kind>(self, simd: S::Simd) {
         let lanes = Lanes::<T, S, 1>::new(simd);
-        self.combined(|shapes, q, u: &mut [Line<T>; 3]| {
+        self.combined(simd, |shapes, q, u: &mut [Line<T>; 3]| {
             for at in 0..LANES / lanes.width() {
                 let mut sum: Vectors<T, S, 1> = [lanes.splat(0.0); 3];
                 for (lines, q) in shapes.chunks_exact(SHAPES).zip(q) {
@@ -283,7 +247,7 @@ impl<T: Real, V: FnMut(usize, &[Line<T>; 3], &[Line<T>])> Sweep<'_, T, V> {
     }
 
     #[inline(always)]
-    fn combined(self, combine: impl Fn(&[Line<T>], &[f64], &mut [Line<T>; 3])) {
+    fn combined<S: Simd>(self, simd: S, combine: impl Fn(&[Line<T>], &[f64], &mut [Line<T>; 3])) {
         let Self { fields, q, blocks, visit } = self;
         let mut u = [Line::default(); 3];
         let mut scaled = [0.0; MAX_FIELDS];
@@ -292,7 +256,7 @@ impl<T: Real, V: FnMut(usize, &[Line<T>; 3], &[Line<T>])> Sweep<'_, T, V> {
         for b in blocks {
             let lines = &fields.lines[b * size..(b + 1) * size];
             combine(&lines[HEADER..], &scaled, &mut u);
-            visit(b * LANES, &u, &lines[..HEADER]);
+            visit.visit(simd, b * LANES, &u, &lines[..HEADER]);
         }
     }
 }

@@ -20,6 +20,8 @@ mod joined;
 mod newton;
 mod outer;
 mod packed;
+mod pair_sums;
+mod placed;
 pub mod polynomial;
 mod precompute;
 mod products;
@@ -222,8 +224,7 @@ impl ReducedShell {
             made.energy.set_correction(correction.clone());
         }
         let polynomial = self.polynomial.as_ref().map(|polynomial| polynomial.with_arithmetic(arithmetic));
-        let packed = self.packed.as_ref().map(|packed| packed.with_arithmetic(arithmetic));
-        Ok(Self { polynomial, packed, fit: self.fit, rigid: self.rigid.clone(), ..made })
+        Ok(Self { polynomial, packed: self.packed.clone(), fit: self.fit, rigid: self.rigid.clone(), ..made })
     }
 
     /// Takes rest angles of creases that yield, in a copy of its own if others share it; false where they are those already.

@@ -71,13 +71,23 @@ fn reduced_step(n: usize) {
     black_box(state.save());
 }
 
+/// Of the same strip, from fields in 32 bits or in 16.
+fn fields_read(precision: Precision) {
+    let mut model = Model::load(&scene::clamped_model(200, 20).save().expect("bytes")).expect("what was saved");
+    let shell = model.shell.clone();
+    let reduced = model.reduced.as_mut().and_then(Arc::get_mut).expect("a reduced shell of its own");
+    reduced.set_output(&shell, precision).expect("memory");
+    let state = scene::moving(&Arc::new(model), Method::PolynomialShell);
+    measured(&mut || state.position_rows_f32(Space::World, |_, rows| consume(rows)));
+}
+
 fn precompute() {
     let shell = Arc::new(common::reference("v_beam").0);
     let options = Options { modes: 8, ..Options::default() };
     measured(&mut || consume(&Model::precompute(shell.clone(), &options, &mut |_, _| Ok(())).expect("modes")));
 }
 
-const CASES: [(&str, fn()); 16] = [
+const CASES: [(&str, fn()); 18] = [
     ("step, LMA", || step(Method::LinearModalAnalysis, Precision::F32)),
     ("step, warp", || step(Method::Warp, Precision::F32)),
     ("step, virtual work", || step(Method::VirtualWorkWarp, Precision::F32)),
@@ -91,6 +101,8 @@ const CASES: [(&str, fn()); 16] = [
     ("step, reduced, sheet", || sheet_step(Method::ReducedShell, 20)),
     ("positions, f32", || read(|state| state.position_rows_f32(Space::World, |_, rows| consume(rows)))),
     ("positions, f64", || read(|state| state.position_rows(Space::World, |_, rows| consume(rows)))),
+    ("positions, 28 fields", || fields_read(Precision::F32)),
+    ("positions, 28 fields, i16", || fields_read(Precision::I16)),
     ("rotations", || read(|state| state.rotations(Space::World, |_, rotation| consume(&rotation)).expect("rotations"))),
     ("report", || read(|state| consume(&state.report()))),
     ("precompute, V-beam", precompute),
