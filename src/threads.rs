@@ -3,7 +3,7 @@
 //!
 //! The caller works with them: items are handed out in shares of about equal work to whoever is free. Work on one state shares only where
 //! nobody else does: inside work on many, or beside another call's, the thread that asks does all of it. Of long items, the last share with threads
-//! that are done.
+//! that are done, each with as many.
 
 mod items;
 mod tasks;
@@ -17,7 +17,7 @@ use std::any::Any;
 use std::cell::RefCell;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::sync::{Arc, LazyLock, Mutex, PoisonError, RwLock, RwLockReadGuard, TryLockError};
+use std::sync::{Arc, LazyLock, Mutex, PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard, TryLockError};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
@@ -156,7 +156,7 @@ enum Part {
     None,
     /// And has nothing to share itself.
     One,
-    /// One of so many that still work: what the others leave idle once they are done, it may share.
+    /// One of so many that still work: what the others leave idle once they are done, these share alike.
     Among(Arc<AtomicUsize>),
 }
 
@@ -187,12 +187,38 @@ fn idle() -> usize {
     PART.with_borrow(|part| match part {
         Part::None => count(),
         Part::One => 1,
-        Part::Among(crew) => (count() + 1).saturating_sub(crew.load(Ordering::SeqCst)),
+        Part::Among(crew) => {
+            let working = crew.load(Ordering::SeqCst).max(1);
+            1 + count().saturating_sub(working) / working
+        }
     })
 }
 
-/// Held by the call whose work on one state the pool shares.
-static SHARED: Mutex<()> = Mutex::new(());
+/// Held by the call whose work on one state the pool shares, and together by those of a crew.
+static SHARED: RwLock<()> = RwLock::new(());
+
+/// What is held of [`SHARED`] as long as this lives.
+enum Held {
+    Whole { _guard: RwLockWriteGuard<'static, ()> },
+    Part { _guard: RwLockReadGuard<'static, ()> },
+}
+
+impl Held {
+    /// None where another call has it.
+    fn new() -> Option<Self> {
+        fn any<G>(tried: std::result::Result<G, TryLockError<G>>) -> Option<G> {
+            match tried {
+                Ok(held) => Some(held),
+                Err(TryLockError::Poisoned(held)) => Some(held.into_inner()),
+                Err(TryLockError::WouldBlock) => None,
+            }
+        }
+        match PART.with_borrow(|part| matches!(part, Part::Among(_))) {
+            true => any(SHARED.try_read()).map(|guard| Self::Part { _guard: guard }),
+            false => any(SHARED.try_write()).map(|guard| Self::Whole { _guard: guard }),
+        }
+    }
+}
 
 /// How the names of the library's own threads begin.
 pub const NAMED: &str = "shellwarp";
@@ -357,11 +383,7 @@ pub fn share(nanoseconds: u64, body: impl Fn(usize) + Sync) {
     if most < 2 {
         return body(1);
     }
-    let shared = match SHARED.try_lock() {
-        Ok(held) => held,
-        Err(TryLockError::Poisoned(held)) => held.into_inner(),
-        Err(TryLockError::WouldBlock) => return body(1),
-    };
+    let Some(shared) = Held::new() else { return body(1) };
     let threads = threads();
     let Some(pool) = threads.pool.as_ref().and_then(|pool| pool.pool.as_ref()) else {
         drop(threads); // what is called may ask for it again

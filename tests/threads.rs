@@ -14,6 +14,7 @@ use shellwarp::threads::{Tasks, for_each, for_each_long, set_threads, share};
 use shellwarp::{Error, ErrorKind, Mesh, Shell, Supports, reduced};
 use shellwarp::{Vec3, threads};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
 /// Names of the process's threads that are the pool's; none where the system does not tell.
@@ -103,6 +104,35 @@ fn long_work_is_done_once_and_heard_of_on_the_calling_thread() {
         assert!(visits.iter().all(|v| *v <= 1) && visits.contains(&0), "the others were given up: {visits:?}");
         assert_eq!(run(usize::MAX - 1, most).0, Err(ErrorKind::Cancelled), "{most}");
     }
+}
+
+/// Eight threads of which two still work: each of these shares with three that are done, both at once.
+fn the_last_of_long_work_share_alike_with_threads_that_are_done() {
+    assert!(set_threads(8));
+    let inside = [const { AtomicUsize::new(0) }; 2];
+    let mut items: Vec<usize> = (0..8).collect();
+    let done = for_each_long(
+        &mut items,
+        8,
+        || Ok(()),
+        |(), item, _| {
+            let Some(own) = inside.get(*item) else { return Ok(()) };
+            while threads::sharers(u64::MAX) < 4 {
+                std::thread::yield_now();
+            }
+            share(u64::MAX, |threads| {
+                assert_eq!(threads, 4);
+                own.fetch_add(1, Ordering::SeqCst);
+                while inside.iter().any(|calls| calls.load(Ordering::SeqCst) == 0) {
+                    std::thread::yield_now();
+                }
+            });
+            Ok(())
+        },
+        &mut |_| Ok(()),
+    );
+    assert!(done.is_ok());
+    assert_eq!(inside.map(AtomicUsize::into_inner), [4, 4]);
 }
 
 /// Shells whose factors and elements are shared: the paper's energy on one that hangs by a side, Koiter's on one that slides along two.
@@ -199,6 +229,13 @@ fn large_shells_move_to_the_same_bits() {
     let mut many: Vec<_> = (0..4).map(|k| (&shells[k % 2], &alone[k / 2][k % 2], [3.0, 9.8][k / 2], false)).collect();
     for_each(&mut many, |_| 1_000_000, |(shell, end, strength, same)| *same = stepped(shell, *strength) == **end);
     assert!(many.iter().all(|(.., same)| *same), "states that are stepped at once");
+    many.iter_mut().for_each(|(.., same)| *same = false);
+    let long = |(): &mut (), (shell, end, strength, same): &mut (&Arc<Shell>, &_, f64, bool), _: threads::GoOn| {
+        *same = stepped(shell, *strength) == **end;
+        Ok(())
+    };
+    assert!(for_each_long(&mut many, 16, || Ok(()), long, &mut |_| Ok(())).is_ok());
+    assert!(many.iter().all(|(.., same)| *same), "long work that shares");
     std::thread::scope(|scope| {
         for (shell, end, strength, _) in &many {
             scope.spawn(move || assert!(stepped(shell, *strength) == **end, "calls at the same time"));
@@ -287,6 +324,7 @@ fn the_pool_visits_all_once_to_the_same_bits_and_comes_and_goes_as_asked() {
     }
 
     tasks_wait_for_one_another();
+    the_last_of_long_work_share_alike_with_threads_that_are_done();
     large_shells_move_to_the_same_bits();
 
     assert!(set_threads(1));

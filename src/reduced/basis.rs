@@ -157,6 +157,23 @@ fn gram(y: &Mat<f64>) -> Mat<f64> {
     Mat::from_fn(n, n, |i, j| sum[(i.max(j), i.min(j))])
 }
 
+/// Yx, by as many rows as [`gram`] takes.
+fn product(y: &Mat<f64>, x: &Mat<f64>) -> Mat<f64> {
+    let firsts: Vec<usize> = (0..y.nrows()).step_by(ROWS).collect();
+    let work = MULTIPLICATION * (y.nrows() * x.nrows() * x.ncols()) as f64;
+    let parts = threads::map(&firsts, work as u64, |first| {
+        let rows = y.subrows(*first, ROWS.min(y.nrows() - first));
+        let mut part = Mat::zeros(rows.nrows(), x.ncols());
+        faer::linalg::matmul::matmul(part.as_mut(), Accum::Replace, rows, x, 1.0, Par::Seq);
+        part
+    });
+    let mut out = Mat::zeros(y.nrows(), x.ncols());
+    for (first, part) in firsts.into_iter().zip(&parts) {
+        out.subrows_mut(first, part.nrows()).copy_from(part);
+    }
+    out
+}
+
 /// Appends to the orthonormal columns `basis` up to `wanted` orthonormal directions that hold most of `candidates`.
 pub fn extend(basis: &mut Mat<f64>, candidates: Mat<f64>, wanted: usize) -> Result<()> {
     extend_by(basis, candidates, (wanted, LEAST_PART))
@@ -170,11 +187,12 @@ pub fn extend_by(basis: &mut Mat<f64>, mut candidates: Mat<f64>, (wanted, least)
         candidates -= &*basis * inside;
     }
     let (values, vectors) = symmetric_eigen(gram(&candidates).as_ref())?;
-    for k in (0..values.len()).rev().take(wanted) {
-        if values[k] <= (least * largest).powi(2) {
-            break;
-        }
-        let mut y = &candidates * vectors.col(k);
+    let told = |k: &usize| values[*k] > (least * largest).powi(2);
+    let kept: Vec<usize> = (0..values.len()).rev().take(wanted).take_while(told).collect();
+    let mixing = Mat::from_fn(values.len(), kept.len(), |i, k| vectors[(i, kept[k])]);
+    let directions = product(&candidates, &mixing);
+    for k in 0..kept.len() {
+        let mut y = directions.col(k).to_owned();
         for _ in 0..2 {
             let inside = basis.transpose() * &y;
             y -= &*basis * inside;

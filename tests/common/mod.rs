@@ -101,7 +101,12 @@ pub fn equilateral_sheet(nx: usize, ny: usize, edge: f64) -> (Vec<Vec3>, Vec<[u3
 
 /// A pointed leaf, arched along and across, held at its stem: 472 vertices, or edges `fine` times as short.
 pub fn leaf(fine: usize) -> Shell {
-    let (mut positions, triangles) = equilateral_sheet(30 * fine, 14 * fine, 0.05 / fine as f64);
+    leaf_of(30 * fine, 14 * fine)
+}
+
+/// The same of so many edges along and across it, about 15 to 7.
+pub fn leaf_of(along: usize, across: usize) -> Shell {
+    let (mut positions, triangles) = equilateral_sheet(along, across, 1.5 / along as f64);
     for x in &mut positions {
         let (s, width) = (x.x, 0.35 + 0.65 * (std::f64::consts::PI * x.x / 1.5).sin().max(0.0));
         let y = width * (x.y - 0.303);
