@@ -201,8 +201,8 @@ void add_full_shell(const Summary &summary, std::vector<std::string> &words) {
   if (summary.run.step_estimate && summary.run.step_estimate->failed.empty()) return;
   const double share = step_error_share(summary.run);
   if (host::is_full_shell(summary.scene.method) && share > 0)
-    words.push_back(format("this is the full nonlinear shell, by which others are judged; each step is off by up to %.2g %% of the motion, which may add up: half the step tells (--step %.2g; of a scene steps_per_frame = %u)",
-                           100 * share, summary.scene.step() / 2, 2 * summary.scene.steps_per_frame));
+    words.push_back(format("this is the full nonlinear shell, by which others are judged; each step is off by up to %.2g %% of the motion, which may add up: half the step tells (--steps-per-frame %u, steps_per_frame)",
+                           100 * share, 2 * summary.scene.steps_per_frame));
 }
 
 // What folds over may have gone through itself.
@@ -258,13 +258,12 @@ void add_step_error(const Summary &summary, std::vector<std::string> &words) {
     }
     const uint32_t times = times_as_many_steps(found->error, order_of_steps(scene, method));
     if (found->error < method_error(summary.run)) return;
-    words.push_back(format("try: the time step costs about %.0f %% of the motion: %u times as many steps (%s--step %.2g; of a scene steps_per_frame = %u)%s, ", 100 * found->error, times,
-                           method_options(summary).c_str(), scene.step() / times, times * scene.steps_per_frame, better_steps(scene, method).c_str()) +
+    words.push_back(format("try: the time step costs about %.0f %% of the motion: %u times as many steps (%s--steps-per-frame %u, steps_per_frame)%s, ", 100 * found->error, times,
+                           method_options(summary).c_str(), times * scene.steps_per_frame, better_steps(scene, method).c_str()) +
                     duration_words(times * summary.run.step_seconds) +
                     (found->error > kUnsettled && host::is_full_shell(method) ? "; where folds are chaotic no step does, but less wind, a stiffer sheet or more damping" : ""));
   } else if (const double share = step_error_share(summary.run); share > kCoarse) {
-    words.push_back(format("try: a step is off by up to %.2g %% of the motion: a quarter of it is off by a sixteenth (--step %.2g; of a scene steps_per_frame = %u)%s", 100 * share, scene.step() / 4,
-                           4 * scene.steps_per_frame, better_steps(scene, method).c_str()));
+    words.push_back(format("try: a step is off by up to %.2g %% of the motion: a quarter of it is off by a sixteenth (--steps-per-frame %u, steps_per_frame)%s", 100 * share, 4 * scene.steps_per_frame, better_steps(scene, method).c_str()));
   }
 }
 
@@ -327,6 +326,9 @@ std::string error_words(const Run &run, const ErrorEstimate &worst, double share
   return text + format(" at %.3g s, the worst of %zu frames judged; ", worst.seconds, n) + about(share_of_most(run, run.estimates.back())) + " in the last one";
 }
 
+// Of a share of the motion, which is known roughly or well.
+bool not_to_be_trusted(double share, bool roughly) { return share > (roughly ? kOutOfRange : kMisleading); }
+
 // What is known of the error of all that is seen, and of what nobody knows it.
 struct ErrorParts {
   double sum = 0;
@@ -370,7 +372,9 @@ std::string total_error(const Summary &summary) {
   if (parts.known.empty()) return "";
   text += "; its error " + about(parts.sum) + " of the motion" + (parts.rough ? ", roughly" : "");
   for (std::size_t k = 0; k < parts.known.size(); ++k) text += (k ? ", " : ": ") + parts.known[k];
-  if (parts.sum > kMisleading) text += "; do not trust the picture";
+  const bool of_steps = full && summary.run.step_estimate && not_to_be_trusted(summary.run.step_estimate->error, false) && !not_to_be_trusted(parts.sum - summary.run.step_estimate->error, false);
+  if (of_steps) text += "; shapes are those of such a sheet, when it takes which is not to be trusted";
+  else if (not_to_be_trusted(parts.sum, false) || not_to_be_trusted(method_error(summary.run), parts.rough)) text += "; do not trust the picture";
   for (std::size_t k = 0; k < parts.unknown.size(); ++k) text += (k ? ", " : "; not counted, as not known: ") + parts.unknown[k];
   return text;
 }
@@ -393,8 +397,10 @@ std::vector<std::string> closing_words(const Summary &summary) {
   add_handles(summary, words);
   add_supports(summary, words);
   if (const uint64_t early = summary.run.frames.back().report.unconverged_steps)
-    words.push_back(format("try: %llu steps ended short of their tolerance: a quarter of the step helps (--step %.2g; of a scene steps_per_frame = %u)",
-                           static_cast<unsigned long long>(early), summary.scene.step() / 4, 4 * summary.scene.steps_per_frame));
+    words.push_back(format("try: %llu steps ended short of their tolerance: a quarter of the step helps (--steps-per-frame %u, steps_per_frame)",
+                           static_cast<unsigned long long>(early), 4 * summary.scene.steps_per_frame));
+  if (summary.run.interrupted)
+    words.push_back(format("note: stopped after %.3g s of %.3g", summary.run.frames.back().report.time, summary.scene.duration));
   for (const std::string &warning : summary.warnings) words.push_back("note: " + warning);
   if (falling) words.push_back(falling_words(summary));
   else if (summary.info.zero_modes)
@@ -420,7 +426,7 @@ std::string verdict(const Run &run, bool chosen, bool compared) {
   // A share of all that moves says little where hardly anything does.
   if (const double moved = most_moved(run); moved > 0 && found.max_error > kMuchMore * moved)
     text += format("; the full shell is %.2g times as far from the last frame as anything has moved", found.max_error / moved);
-  if (share > kMisleading || found.error > kMisleading || (lost && found.error > kOutOfRange)) text += "; do not trust the picture";
+  if (not_to_be_trusted(share, lost)) text += "; do not trust the picture";
   const bool full_alone = chosen || run.supports_move;  // other accurate methods do not follow such supports
   if (!compared && share > kOutOfRange) text += "; use --method " + better_methods(found.method, full_alone);
   return text;

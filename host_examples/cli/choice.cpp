@@ -22,7 +22,7 @@ constexpr double kWrong = 0.5;         // of the motion: most of what is seen
 // Of a step of second order by limp cloth, with its twin beside: 0.11, 0.31 and 0.64 s without with 416, 748 and 1,092 vertices (a skirt in gusts, two busy cores), 8 to 15 with 4,100.
 constexpr double kSeconds = 0.9, kVertices = 1100, kPower = 1.8;
 constexpr uint32_t kMostSteps = 64;  // a frame, that are taken unasked: of a reduced shell they are done before the page is written
-constexpr double kAim = 130;  // s, of a run on a proxy that is taken by itself
+constexpr double kAim = 130;  // s, of a run on a proxy, or by more steps, that is taken by itself
 
 double bending_stiffness(const Material &m) {
   return m.sheet ? m.young * std::pow(m.thickness, 3) / (12 * (1 - m.poisson * m.poisson)) : 6 * m.k_bend;
@@ -48,6 +48,12 @@ void take_full_shell(Scene &scene) {
   scene.method = SW_METHOD_SHELL_IMPLICIT;
   scene.by_auto = true;
   if (!scene.integrator) scene.integrator = SW_INTEGRATOR_SECOND_ORDER;
+}
+
+// The same of any shell: what is not limp takes fewer iterations a step.
+double seconds_of_run(const Scene &scene, const Mesh &mesh, double steps) {
+  constexpr double kStiff = 0.25;  // a petal, a leaf and a lantern of paper in gusts took 0.1 to 0.3 of it
+  return seconds_of_full_shell(mesh.n_vertices(), steps) * (limpness(scene, mesh) > kLimp ? 1 : kStiff);
 }
 
 double steps_of(const Scene &scene, uint32_t n_frames) { return static_cast<double>(n_frames) * scene.steps_per_frame; }
@@ -117,20 +123,25 @@ std::string settle_steps(const Mesh &mesh, uint32_t n_frames, uint32_t method, c
   if (!scene.steps_open || run.interrupted || !found || !found->failed.empty() || found->error <= kCoarseMotion) return "";
   const uint32_t steps = std::min(kMostSteps, times_as_many_steps(found->error, order_of_steps(scene, method)) * scene.steps_per_frame);
   if (steps <= scene.steps_per_frame) return "";
-  const double seconds = seconds_of_full_shell(mesh.n_vertices(), static_cast<double>(n_frames) * steps);
+  const double seconds = seconds_of_run(scene, mesh, static_cast<double>(n_frames) * steps);
   if (host::is_full_shell(method) && seconds > kBriefly) return "";
   const std::string before = format("steps of %.2g s cost about %.0f %% of the motion", scene.step(), 100 * found->error);
   scene.steps_per_frame = steps;
   return before + format("; the same again, by %u steps of %.2g s a frame", steps, scene.step()) + (host::is_full_shell(method) ? ", " + duration_words(seconds) : "");
 }
 
-std::string settle_late(const shellwarp::Model &model, const Mesh &mesh, uint32_t n_frames, const Run &run, Scene &scene) {
+std::string settle_late(const shellwarp::Model &model, const Mesh &mesh, uint32_t n_frames, uint32_t wanted, const Run &run, Scene &scene) {
   if (!may_be_full(scene) || !model.front().empty() || scene.is_static || run.interrupted) return "";
-  const double share = method_error(run), seconds = seconds_of_full_shell(mesh.n_vertices(), steps_of(scene, n_frames));
-  if (!(share > kWrong) || mesh.n_vertices() > kMost || seconds > kPatience) return "";
+  const auto seconds = [&](uint32_t steps) { return seconds_of_run(scene, mesh, static_cast<double>(n_frames) * steps); };
+  const double share = method_error(run);
+  if (!(share > kWrong) || mesh.n_vertices() > kMost || seconds(scene.steps_per_frame) > kPatience) return "";
   const std::string first = host::method_name(model.info().auto_method);
+  uint32_t steps = scene.steps_open ? wanted : scene.steps_per_frame;
+  while (steps > scene.steps_per_frame && seconds(steps) > kAim) --steps;
+  scene.steps_per_frame = steps;
   take_full_shell(scene);
-  return "auto is the full shell: the " + first + ", which ran first, is about " + format("%.0f %%", 100 * share) + " of the motion off it; the same again, " + duration_words(seconds);
+  return "auto is the full shell: the " + first + ", which ran first, is about " + format("%.0f %%", 100 * share) + " of the motion off it; the same again" +
+         (steps > 1 ? format(", by %u steps of %.2g s a frame", steps, scene.step()) : "") + ", " + duration_words(seconds(steps));
 }
 
 }  // namespace cli

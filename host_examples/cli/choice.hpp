@@ -15,7 +15,7 @@ namespace cli {
 // 0 where stiffness is set by a frequency or a sag, or nothing loads it.
 double limpness(const Scene &scene, const Mesh &mesh);
 
-// What a run by the full shell takes on two cores of 2020 and later, roughly; n vertices, limp.
+// What a run by the full shell takes on two idle cores of 2020 and later, roughly; n vertices, limp.
 double seconds_of_full_shell(uint32_t n_vertices, double steps);
 
 // "about 4 minutes"
@@ -35,7 +35,8 @@ std::string settle_choice(const shellwarp::Model &model, const Mesh &mesh, uint3
 // After a run, where nobody said how long a step is: more steps a frame, where their length costs what can be seen and they are quick. The sentence, or empty.
 std::string settle_steps(const Mesh &mesh, uint32_t n_frames, uint32_t method, const Run &run, Scene &scene);
 
-// After a run by what auto took, whose error was estimated: the full shell where most of what is seen is wrong and a run takes minutes. The sentence, or empty.
-std::string settle_late(const shellwarp::Model &model, const Mesh &mesh, uint32_t n_frames, const Run &run, Scene &scene);
+// After a run by what auto took, whose error was estimated: the full shell where most of what is seen is wrong and a run takes minutes, by the `wanted` steps a frame or as many as take
+// two minutes. The sentence, or empty.
+std::string settle_late(const shellwarp::Model &model, const Mesh &mesh, uint32_t n_frames, uint32_t wanted, const Run &run, Scene &scene);
 
 }  // namespace cli

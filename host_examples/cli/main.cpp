@@ -129,6 +129,7 @@ void add_run_options(CLI::App &app, Scene &overrides, RunOptions &options) {
   app.add_option("--every", overrides.obj_every, "Write every so many frames as OBJ files, in place of those of largest displacement: 1 for all")
       ->check(whole());
   app.add_option("--frames", options.frames, "Number of frames, in place of the duration")->check(whole());
+  app.add_option("--steps-per-frame", options.steps_per_frame, "Steps between frames: more are more accurate")->check(whole());
   app.add_option("--modes", overrides.modes, "Number of vibration modes")->check(whole());
   app.add_option("--method", options.method, "How the shell moves: " + methods_in_words())
       ->check(CLI::IsMember(host::method_names()));
@@ -164,6 +165,10 @@ void apply_overrides(const Scene &overrides, Scene &scene) {
 void apply_options(const RunOptions &options, Scene &scene) {
   if (!options.method.empty()) scene.method = *host::find_method(options.method);
   if (options.linear) scene.method = SW_METHOD_LMA;
+  if (options.steps_per_frame) {
+    scene.steps_per_frame = *options.steps_per_frame;
+    scene.steps_open = false;
+  }
   if (!options.formats.empty()) scene.formats = options.formats;
   if (scene.is_static && scene.loads.wind && scene.loads.wind->gust > 0)
     throw std::runtime_error("gusts (--gust, gust of [wind]) take time, and --static (static) finds an equilibrium");
@@ -278,7 +283,7 @@ void add_simulate_options(CLI::App &app, SimulateOptions &o) {
       ->check(words_for("a number from 0 on", [](double x) { return x >= 0; }));
   add_proxy_options(app, o.scene.proxy);
   app.add_option("--duration", o.scene.duration, "Seconds (5)")->check(positive());
-  app.add_option("--step", o.step, "Seconds a step, a frame being one step (frames of 1/30, of so many steps as the motion needs where these are quick)")->check(positive());
+  app.add_option("--step", o.step, "Seconds a frame, of one step or of --steps-per-frame (1/30, and as many steps as the motion needs where they are quick)")->check(positive());
   app.add_option("--k-area", o.scene.material.k_area, "Stiffness against change of area (1e4)")
       ->check(number());
   app.add_option("--k-length", o.scene.material.k_length,

@@ -79,7 +79,8 @@ void ProgressBar::show(uint32_t phase, double fraction) {
   const std::string name = std::string(phase_name(phase)) + (part_ > 1 ? ", part " + std::to_string(part_) : "");
   drawn_ = true;
   if (!terminal_) {
-    std::fprintf(stderr, "precompute: %s, %d %%\n", name.c_str(), percent);
+    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+    std::fprintf(stderr, "precompute: %s, %d %%, %.0f s so far\n", name.c_str(), percent, seconds);
     return;
   }
   const std::string bar(static_cast<std::size_t>(percent) * 30 / 100, '#');

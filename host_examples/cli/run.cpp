@@ -170,9 +170,11 @@ int run_scene(Scene scene, const RunOptions &options, OutputFolder *folder, Page
   settle_by_steps(mesh, n_frames, method_of(scene, model.info()), scene, made, again);
   certify(scene, options, made->state, mesh.n_vertices(), made->run);
   const uint32_t settled = std::exchange(scene.steps_per_frame, given);
-  if (const std::string note = settle_late(model, mesh, n_frames, made->run, scene); !note.empty()) {
+  const uint32_t wanted = std::max(settled, made->run.steps_tried);
+  if (const std::string note = settle_late(model, mesh, n_frames, wanted, made->run, scene); !note.empty()) {
     told.push_back(afterwards(note));
     again(note);
+    settle_by_steps(mesh, n_frames, scene.method, scene, made, again);
     certify(scene, options, made->state, mesh.n_vertices(), made->run);
   } else if (settled > given) {
     scene.steps_per_frame = settled;

@@ -16,6 +16,7 @@ constexpr int kFailure = 1, kInterrupted = 130;
 struct RunOptions {
   std::string out;                 // directory; empty = write nothing
   std::optional<uint32_t> frames;  // in place of the scene's duration
+  std::optional<uint32_t> steps_per_frame;  // in place of the scene's
   std::string method;              // in place of the scene's; empty = that
   std::vector<std::string> formats;  // in place of the scene's; empty = those
   std::string html;                // page to write; empty = none

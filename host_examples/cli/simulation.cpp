@@ -54,7 +54,7 @@ void step(const Scene &scene, double end_time, SupportMotion &supports, std::vec
     take_step(scene, end_time, scene.step(), supports, handles, state);
   } catch (const shellwarp::Error &error) {
     if (error.status() != SW_ERROR_NUMERICAL) throw;
-    throw std::runtime_error(format("at %.3g s: %s; try --step %.2g (steps_per_frame)", end_time, error.what(), scene.step() / 4));
+    throw std::runtime_error(format("at %.3g s: %s; try --steps-per-frame %u (steps_per_frame)", end_time, error.what(), 4 * scene.steps_per_frame));
   }
 }
 

@@ -95,7 +95,7 @@ mod tests {
         assert!(warnings(0.044).is_empty());
         let said = warnings(0.09);
         assert_eq!(said.len(), 1, "{said:?}");
-        let words = ["a tenth of its radius of curvature at 2 triangles", "0.20 of it"];
+        let words = ["a tenth of its radius of curvature at 2 triangles", "it is 0.20 of it"];
         assert!(words.iter().all(|words| said[0].contains(words)), "{said:?}");
     }
 }

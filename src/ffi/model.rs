@@ -190,7 +190,7 @@ pub unsafe extern "C" fn sw_model_create(
             }
             if let Some(Thick { count, triangle, part }) = shell.thick() {
                 let message = format!(
-                    "the sheet is thicker than a tenth of its radius of curvature at {count} triangles, most at triangle {triangle}, by {part:.2} of it: \
+                    "the sheet is thicker than a tenth of its radius of curvature at {count} triangles, most at triangle {triangle}, where it is {part:.2} of it: \
                     thin-shell theory holds below a tenth, and a sharp fold should be a crease"
                 );
                 log(SW_LOG_WARNING, &message);
