@@ -229,7 +229,7 @@ std::string method_options(const Summary &summary) {
 // Most of what is wrong, where that is the method's; with how long the full shell would take.
 void add_method(const Summary &summary, std::vector<std::string> &words) {
   const uint32_t method = method_taken(summary);
-  if (method_error(summary.run) <= kMisleading || host::is_full_shell(method) || summary.compared || summary.run.supports_move) return;
+  if (method_error(summary.run) <= kOutOfRange || host::is_full_shell(method) || summary.compared || summary.run.supports_move) return;
   words.push_back("try: most of the error is the method's: --method " + std::string(host::method_name(SW_METHOD_SHELL_IMPLICIT)) + " --second-order, up to " +
                   duration_words(seconds_of_full_shell(summary.info.n_vertices, static_cast<double>(summary.run.steps))).substr(6));
 }
@@ -258,10 +258,12 @@ void add_step_error(const Summary &summary, std::vector<std::string> &words) {
     }
     const uint32_t times = times_as_many_steps(found->error, order_of_steps(scene, method));
     if (found->error < method_error(summary.run)) return;
-    words.push_back(format("try: the time step costs about %.0f %% of the motion: %u times as many steps (%s--steps-per-frame %u, steps_per_frame)%s, ", 100 * found->error, times,
-                           method_options(summary).c_str(), times * scene.steps_per_frame, better_steps(scene, method).c_str()) +
-                    duration_words(times * summary.run.step_seconds) +
-                    (found->error > kUnsettled && host::is_full_shell(method) ? "; where folds are chaotic no step does, but less wind, a stiffer sheet or more damping" : ""));
+    const std::string more = format("%u times as many steps (%s--steps-per-frame %u, steps_per_frame)%s, ", times, method_options(summary).c_str(), times * scene.steps_per_frame,
+                                    better_steps(scene, method).c_str()) + duration_words(times * summary.run.step_seconds);
+    const std::string costs = format("try: the time step costs about %.0f %% of the motion: ", 100 * found->error);
+    words.push_back(host::is_full_shell(method) && found->error > kUnsettled
+                        ? costs + "folds may part with every change of a step. Less wind, a stiffer sheet or more damping (--damping-ratio 0.2) settles them; " + more + ", may"
+                        : costs + more);
   } else if (const double share = step_error_share(summary.run); share > kCoarse) {
     words.push_back(format("try: a step is off by up to %.2g %% of the motion: a quarter of it is off by a sixteenth (--steps-per-frame %u, steps_per_frame)%s", 100 * share, 4 * scene.steps_per_frame, better_steps(scene, method).c_str()));
   }
@@ -344,8 +346,7 @@ struct ErrorParts {
 void add_method_error(const Summary &summary, ErrorParts &parts) {
   const Run &run = summary.run;
   if (host::is_full_shell(method_taken(summary))) return;
-  if (!run.uncertified.empty()) parts.unknown.push_back("the method");
-  if (!run.certificate) return;
+  if (!run.certificate) return parts.unknown.push_back("the method");
   const std::size_t n = run.estimates.size();
   parts.add(method_error(run), "method (against the full shell" + (n > 1 ? format(" at %zu frames", n) : std::string(" in the last frame")) +
                                    (method_error(run) > 1 ? ", where no balance is near: --compare shell-implicit measures it)" : ")"));
@@ -356,6 +357,7 @@ void add_method_error(const Summary &summary, ErrorParts &parts) {
 std::string total_error(const Summary &summary) {
   ErrorParts parts;
   add_method_error(summary, parts);
+  if (!summary.run.step_estimate && !summary.scene.is_static) parts.unknown.push_back("the time step");
   if (const std::optional<StepEstimate> &step = summary.run.step_estimate) {
     if (step->failed.empty()) parts.add(step->error, "time step (against steps twice as long" + (step->until > 0 ? format(", up to %.3g s)", step->until) : std::string(")")));
     else parts.unknown.push_back("the time step");
@@ -370,7 +372,8 @@ std::string total_error(const Summary &summary) {
   if (full || taken) text += std::string(" (") + (full ? "the full shell, by which others are judged" : "") + (full && taken ? "; " : "") + (taken ? "taken by auto" : "") + ")";
   if (summary.proxy) text += format(" on a proxy of %u vertices", summary.info.n_vertices);
   if (parts.known.empty()) return "";
-  text += "; its error " + about(parts.sum) + " of the motion" + (parts.rough ? ", roughly" : "");
+  const bool at_least = !parts.unknown.empty() || (!full && method_error(summary.run) > kOutOfRange);  // then the motion takes another way, too
+  text += "; its error " + (at_least ? "at least " + percent(parts.sum) : about(parts.sum)) + " of the motion" + (parts.rough ? ", roughly" : "");
   for (std::size_t k = 0; k < parts.known.size(); ++k) text += (k ? ", " : ": ") + parts.known[k];
   const bool of_steps = full && summary.run.step_estimate && not_to_be_trusted(summary.run.step_estimate->error, false) && !not_to_be_trusted(parts.sum - summary.run.step_estimate->error, false);
   if (of_steps) text += "; shapes are those of such a sheet, when it takes which is not to be trusted";

@@ -18,6 +18,7 @@ constexpr uint32_t kQuick = 1000;      // and up to which nothing need be said
 constexpr double kPatience = 300;      // s, of a run that is begun again, or that is not put on a proxy
 constexpr double kBriefly = 60;        // s, below which no time need be told
 constexpr double kWrong = 0.5;         // of the motion: most of what is seen
+constexpr double kDoubtful = 0.2;      // estimates at moments say little beyond it, as the motion takes another way
 
 // Of a step of second order by limp cloth, with its twin beside: 0.11, 0.31 and 0.64 s without with 416, 748 and 1,092 vertices (a skirt in gusts, two busy cores), 8 to 15 with 4,100.
 constexpr double kSeconds = 0.9, kVertices = 1100, kPower = 1.8;
@@ -52,7 +53,7 @@ void take_full_shell(Scene &scene) {
 
 // The same of any shell: what is not limp takes fewer iterations a step.
 double seconds_of_run(const Scene &scene, const Mesh &mesh, double steps) {
-  constexpr double kStiff = 0.25;  // a petal, a leaf and a lantern of paper in gusts took 0.1 to 0.3 of it
+  constexpr double kStiff = 0.15;  // petals and leaves in gusts took 0.06 to 0.2 of it
   return seconds_of_full_shell(mesh.n_vertices(), steps) * (limpness(scene, mesh) > kLimp ? 1 : kStiff);
 }
 
@@ -124,7 +125,7 @@ std::string settle_steps(const Mesh &mesh, uint32_t n_frames, uint32_t method, c
   const uint32_t steps = std::min(kMostSteps, times_as_many_steps(found->error, order_of_steps(scene, method)) * scene.steps_per_frame);
   if (steps <= scene.steps_per_frame) return "";
   const double seconds = seconds_of_run(scene, mesh, static_cast<double>(n_frames) * steps);
-  if (host::is_full_shell(method) && seconds > kBriefly) return "";
+  if (host::is_full_shell(method) && seconds > kAim) return "";
   const std::string before = format("steps of %.2g s cost about %.0f %% of the motion", scene.step(), 100 * found->error);
   scene.steps_per_frame = steps;
   return before + format("; the same again, by %u steps of %.2g s a frame", steps, scene.step()) + (host::is_full_shell(method) ? ", " + duration_words(seconds) : "");
@@ -134,7 +135,7 @@ std::string settle_late(const shellwarp::Model &model, const Mesh &mesh, uint32_
   if (!may_be_full(scene) || !model.front().empty() || scene.is_static || run.interrupted) return "";
   const auto seconds = [&](uint32_t steps) { return seconds_of_run(scene, mesh, static_cast<double>(n_frames) * steps); };
   const double share = method_error(run);
-  if (!(share > kWrong) || mesh.n_vertices() > kMost || seconds(scene.steps_per_frame) > kPatience) return "";
+  if (!(share > kDoubtful) || mesh.n_vertices() > kMost || seconds(scene.steps_per_frame) > (share > kWrong ? kPatience : kBriefly)) return "";
   const std::string first = host::method_name(model.info().auto_method);
   uint32_t steps = scene.steps_open ? wanted : scene.steps_per_frame;
   while (steps > scene.steps_per_frame && seconds(steps) > kAim) --steps;

@@ -119,6 +119,14 @@ void draw_line(const Vec3 &a, const Vec3 &b, int left, Canvas &canvas) {
       canvas.put(left, static_cast<int>(a[0] + (b[0] - a[0]) * k / n) + w % 2, static_cast<int>(a[1] + (b[1] - a[1]) * k / n) + w / 2, kMark);
 }
 
+// The letters x, y and z, of strokes in a box of 8 by 10 pixels.
+void draw_letter(std::size_t axis, const Vec3 &at, int left, Canvas &canvas) {
+  static const std::vector<std::array<double, 4>> kStrokes[3] = {
+      {{0, 0, 8, 10}, {8, 0, 0, 10}}, {{0, 0, 4, 5}, {8, 0, 4, 5}, {4, 5, 4, 10}}, {{0, 0, 8, 0}, {8, 0, 0, 10}, {0, 10, 8, 10}}};
+  for (const std::array<double, 4> &s : kStrokes[axis])
+    draw_line({at[0] - 4 + s[0], at[1] - 5 + s[1], 0}, {at[0] - 4 + s[2], at[1] - 5 + s[3], 0}, left, canvas);
+}
+
 void draw_arrow(const Vec3 &a, const Vec3 &b, int left, Canvas &canvas) {
   draw_line(a, b, left, canvas);
   for (const double turn : {2.6, -2.6}) {  // rad from its direction: two barbs
@@ -180,6 +188,7 @@ void Picture::add(const Mesh &mesh, const Film &film, const std::vector<uint32_t
     const std::vector<double> &moved = film.displacements();
     larger_ = larger_by(*std::max_element(moved.begin(), moved.end()), bounds(mesh));
     frames_ = {0, static_cast<std::size_t>(std::max_element(moved.begin(), moved.end()) - moved.begin()), film.n_frames() - 1};
+    moments_ = {film.times()[frames_[1]], film.times()[frames_[2]]};
   }
   const auto first = static_cast<uint32_t>(positions_[0].size() / 3);
   for (const uint32_t v : mesh.triangles) triangles_.push_back(first + v);
@@ -245,6 +254,11 @@ std::string Picture::png() const {
     draw_all(seen[k], left, false);
     for (const uint32_t v : held_)
       for (int d = 0; d < 9; ++d) canvas.put(left, static_cast<int>(seen[k][v][0]) + d % 3 - 1, static_cast<int>(seen[k][v][1]) + d / 3 - 1, kMark);
+  }
+  for (std::size_t a = 0; a < 3; ++a) {  // the axes, at the lower right of the first
+    const Vec3 from{kSide - 50, kSide - 50, 0};
+    draw_line(from, {from[0] + 24 * axes[0][a], from[1] - 24 * axes[1][a], 0}, 0, canvas);
+    if (std::hypot(axes[0][a], axes[1][a]) > 0.2) draw_letter(a, {from[0] + 36 * axes[0][a], from[1] - 36 * axes[1][a], 0}, 0, canvas);
   }
   if (const Vec3 blows = unit(wind_); has_wind()) {
     const double x = 32 * dot(axes[0], blows), y = -32 * dot(axes[1], blows);

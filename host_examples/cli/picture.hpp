@@ -19,6 +19,8 @@ public:
   bool empty() const { return triangles_.empty(); }
   // How many times as large as it is motion is drawn, so that it is seen.
   double times_larger() const { return larger_; }
+  // Seconds of the second and the third.
+  std::array<double, 2> moments() const { return moments_; }
   bool has_wind() const { return wind_ != std::array<double, 3>{}; }
   // The bytes of the file.
   std::string png() const;
@@ -30,6 +32,7 @@ private:
   std::array<std::vector<double>, kPanels> positions_;
   std::array<std::size_t, kPanels> frames_{};
   std::array<double, 3> wind_{};
+  std::array<double, 2> moments_{};
   uint32_t up_ = 2;
   double larger_ = 1;
 };

@@ -246,8 +246,8 @@ void finish_page(const Page &page, const SceneFile &file, const RunOptions &opti
 void finish_picture(const Picture &picture, const SceneFile &file, const RunOptions &options) {
   if (picture.empty()) return;
   write_picture(picture, options.png, inputs_of(file));
-  say("picture: " + options.png + ": at rest, where it moved furthest, and at the end" + (picture.times_larger() > 1 ? format(", motion drawn %.0f times as large", picture.times_larger()) : "") +
-          "; grey: at rest; dots: what is held" + (picture.has_wind() ? "; arrow: the wind" : ""),
+  say("picture: " + options.png + format(": at rest, where it moved furthest (%.3g s), and at the end (%.3g s)", picture.moments()[0], picture.moments()[1]) + (picture.times_larger() > 1 ? format(", motion drawn %.0f times as large", picture.times_larger()) : "") +
+          "; grey: at rest; dots: what is held; lines: the axes" + (picture.has_wind() ? "; arrow: the wind" : ""),
       options.quiet);
 }
 
