@@ -398,9 +398,7 @@ impl TrainingLoads {
                     free.balance(shell, &shell.mesh.positions, load.to_mut());
                 }
                 let load = sampling::project(columns, &load);
-                // From the full shell's equilibrium, where it was found, in half the steps that it takes from rest.
-                let found = trained.iter().find(|pose| pose.load == *k && pose.whole);
-                let mut q = found.map_or(vec![0.0; all.n()], |pose| projected(shell, columns, &pose.displacement));
+                let mut q = vec![0.0; all.n()];
                 newton.minimize(all, &Potential::of_load(&load), &mut q, POSE);
                 vec![q]
             },
