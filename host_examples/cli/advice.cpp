@@ -262,7 +262,7 @@ void add_step_error(const Summary &summary, std::vector<std::string> &words) {
                                     better_steps(scene, method).c_str()) + duration_words(times * summary.run.step_seconds);
     const std::string costs = format("try: the time step costs about %.0f %% of the motion: ", 100 * found->error);
     words.push_back(host::is_full_shell(method) && found->error > kUnsettled
-                        ? costs + "folds may part with every change of a step. Less wind, a stiffer sheet or more damping (--damping-ratio 0.2) settles them; " + more + ", may"
+                        ? costs + "folds may come otherwise with every change of a step. Less wind, a stiffer sheet or more damping (--damping-ratio 0.2) helps; " + more + ", may help"
                         : costs + more);
   } else if (const double share = step_error_share(summary.run); share > kCoarse) {
     words.push_back(format("try: a step is off by up to %.2g %% of the motion: a quarter of it is off by a sixteenth (--steps-per-frame %u, steps_per_frame)%s", 100 * share, 4 * scene.steps_per_frame, better_steps(scene, method).c_str()));
@@ -376,7 +376,7 @@ std::string total_error(const Summary &summary) {
   text += "; its error " + (at_least ? "at least " + percent(parts.sum) : about(parts.sum)) + " of the motion" + (parts.rough ? ", roughly" : "");
   for (std::size_t k = 0; k < parts.known.size(); ++k) text += (k ? ", " : ": ") + parts.known[k];
   const bool of_steps = full && summary.run.step_estimate && not_to_be_trusted(summary.run.step_estimate->error, false) && !not_to_be_trusted(parts.sum - summary.run.step_estimate->error, false);
-  if (of_steps) text += "; shapes are those of such a sheet, when it takes which is not to be trusted";
+  if (of_steps) text += "; trust its shapes, not when they come";
   else if (not_to_be_trusted(parts.sum, false) || not_to_be_trusted(method_error(summary.run), parts.rough)) text += "; do not trust the picture";
   for (std::size_t k = 0; k < parts.unknown.size(); ++k) text += (k ? ", " : "; not counted, as not known: ") + parts.unknown[k];
   return text;
