@@ -373,7 +373,7 @@ std::string total_error(const Summary &summary) {
   if (summary.proxy) text += format(" on a proxy of %u vertices", summary.info.n_vertices);
   if (parts.known.empty()) return "";
   const bool at_least = !parts.unknown.empty() || (!full && method_error(summary.run) > kOutOfRange);  // then the motion takes another way, too
-  text += "; its error " + (at_least ? "at least " + percent(parts.sum) : about(parts.sum)) + " of the motion" + (parts.rough ? ", roughly" : "");
+  text += "; its error " + (at_least && parts.sum <= 1 ? "at least " + percent(parts.sum) : about(parts.sum)) + " of the motion" + (parts.rough ? ", roughly" : "");
   for (std::size_t k = 0; k < parts.known.size(); ++k) text += (k ? ", " : ": ") + parts.known[k];
   const bool of_steps = full && summary.run.step_estimate && not_to_be_trusted(summary.run.step_estimate->error, false) && !not_to_be_trusted(parts.sum - summary.run.step_estimate->error, false);
   if (of_steps) text += "; trust its shapes, not when they come";

@@ -135,7 +135,9 @@ std::string settle_late(const shellwarp::Model &model, const Mesh &mesh, uint32_
   if (!may_be_full(scene) || !model.front().empty() || scene.is_static || run.interrupted) return "";
   const auto seconds = [&](uint32_t steps) { return seconds_of_run(scene, mesh, static_cast<double>(n_frames) * steps); };
   const double share = method_error(run);
-  if (!(share > kDoubtful) || mesh.n_vertices() > kMost || seconds(scene.steps_per_frame) > (share > kWrong ? kPatience : kBriefly)) return "";
+  const bool briefly = scene.steps_open && share > kDoubtful && seconds(scene.steps_per_frame) <= kBriefly;  // what a scene names stays nearer to it
+  const bool patiently = share > kWrong && seconds_of_full_shell(mesh.n_vertices(), steps_of(scene, n_frames)) <= kPatience;
+  if (mesh.n_vertices() > kMost || !(briefly || patiently)) return "";
   const std::string first = host::method_name(model.info().auto_method);
   uint32_t steps = scene.steps_open ? wanted : scene.steps_per_frame;
   while (steps > scene.steps_per_frame && seconds(steps) > kAim) --steps;

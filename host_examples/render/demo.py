@@ -134,7 +134,7 @@ def draw_scene(python, name, folder, out):
         labels.append(f"after {float(row['time']):.3g} s: moved by up to {float(row['max_displacement']):.3g}{unit}")
     if None in stills:
         return stills
-    columns = 2 if len(stills) == 4 else 3
+    columns = next((n for n in (3, 2) if len(stills) % n == 0), len(stills))  # no cell is empty
     sheet = out / f"{name}_sheet.png"
     return stills + [draw(python, sheet, "--contact-sheet", "--columns", columns, *stills, "--labels", *labels)]
 
