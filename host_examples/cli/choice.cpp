@@ -51,7 +51,7 @@ void take_full_shell(Scene &scene) {
   if (!scene.integrator) scene.integrator = SW_INTEGRATOR_SECOND_ORDER;
 }
 
-// The same of any shell: what is not limp takes fewer iterations a step.
+// What a run by the full shell takes, limp or not: what is not takes fewer iterations a step.
 double seconds_of_run(const Scene &scene, const Mesh &mesh, double steps) {
   constexpr double kStiff = 0.15;  // petals and leaves in gusts took 0.06 to 0.2 of it
   return seconds_of_full_shell(mesh.n_vertices(), steps) * (limpness(scene, mesh) > kLimp ? 1 : kStiff);
@@ -135,7 +135,7 @@ std::string settle_late(const shellwarp::Model &model, const Mesh &mesh, uint32_
   if (!may_be_full(scene) || !model.front().empty() || scene.is_static || run.interrupted) return "";
   const auto seconds = [&](uint32_t steps) { return seconds_of_run(scene, mesh, static_cast<double>(n_frames) * steps); };
   const double share = method_error(run);
-  const bool briefly = scene.steps_open && share > kDoubtful && seconds(scene.steps_per_frame) <= kBriefly;  // what a scene names stays nearer to it
+  const bool briefly = scene.steps_open && share > kDoubtful && seconds(scene.steps_per_frame) <= kBriefly;  // of a scene, which says its steps, the method stays
   const bool patiently = share > kWrong && seconds_of_full_shell(mesh.n_vertices(), steps_of(scene, n_frames)) <= kPatience;
   if (mesh.n_vertices() > kMost || !(briefly || patiently)) return "";
   const std::string first = host::method_name(model.info().auto_method);

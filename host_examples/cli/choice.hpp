@@ -35,8 +35,8 @@ std::string settle_choice(const shellwarp::Model &model, const Mesh &mesh, uint3
 // After a run, where nobody said how long a step is: more steps a frame, where their length costs what can be seen and they are quick. The sentence, or empty.
 std::string settle_steps(const Mesh &mesh, uint32_t n_frames, uint32_t method, const Run &run, Scene &scene);
 
-// After a run by what auto took, whose error was estimated: the full shell where most of what is seen is wrong and a run takes minutes, or a fifth and it takes one, by the `wanted` steps a frame or as many as take
-// two minutes. The sentence, or empty.
+// After a run by what auto took, whose error was estimated: the full shell, where half of what is seen is wrong and a run takes minutes. Where nobody said how long a step is, also
+// where a fifth is wrong and it takes one minute; it then takes the `wanted` steps a frame, or as many as fit into two minutes. The sentence, or empty.
 std::string settle_late(const shellwarp::Model &model, const Mesh &mesh, uint32_t n_frames, uint32_t wanted, const Run &run, Scene &scene);
 
 }  // namespace cli
