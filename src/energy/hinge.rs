@@ -101,10 +101,26 @@ impl HingeEnergy {
 
     #[inline(always)]
     pub(super) fn bend_of(&self, i: usize, corners: [Vec3; 4]) -> Bend {
-        let turn = wrapped_difference(dihedral_angle(&corners), self.rest_angle[i]);
-        let (n1, n2) = normals(&corners);
-        let share = [n1, n2].iter().zip(&self.small[i]).map(|(n, small)| presence(n.norm_squared() / small)).product();
-        Bend { corners, share, turn }
+        Bend { corners, share: self.share_of(i, &corners), turn: self.turn_of(i, &corners) }
+    }
+
+    /// The same where the turn of one that lets go is all that is asked for.
+    #[inline(always)]
+    fn bend_in_shape(&self, i: usize, x: &[Vec3]) -> Bend {
+        let corners = self.hinges[i].map(|v| x[v as usize]);
+        let share = self.share_of(i, &corners);
+        Bend { corners, share, turn: if share < 1.0 { self.turn_of(i, &corners) } else { 0.0 } }
+    }
+
+    #[inline(always)]
+    fn turn_of(&self, i: usize, corners: &[Vec3; 4]) -> f64 {
+        wrapped_difference(dihedral_angle(corners), self.rest_angle[i])
+    }
+
+    #[inline(always)]
+    fn share_of(&self, i: usize, corners: &[Vec3; 4]) -> f64 {
+        let (n1, n2) = normals(corners);
+        [n1, n2].iter().zip(&self.small[i]).map(|(n, small)| presence(n.norm_squared() / small)).product()
     }
 
     /// ∂(φ₁φ₂ (θ − θ̄))/∂(a, b, c, d).
@@ -126,22 +142,21 @@ impl HingeEnergy {
         }
     }
 
-    /// 2w (∇θ∇θᵀ + t ∂²θ) of each hinge, t its `turn` θ − θ̄; the semidefinite one is Gauss–Newton's, without the second part.
+    /// 2w (∇θ∇θᵀ + t ∂²θ) of each hinge, t of those that have `turned` or stand for it; the semidefinite one is Gauss–Newton's, without the second part.
     #[inline(always)]
     fn each_hessian(
         &self,
-        x: &[Vec3],
-        curvature: Curvature,
-        turn: impl Fn(usize, &Bend) -> f64,
+        bend: impl Fn(usize) -> Bend,
+        turned: impl Fn(usize, &Bend) -> Option<f64>,
         visit: &mut dyn FnMut(ElementHessian),
     ) {
         for (i, (h, weight)) in self.hinges.iter().zip(&self.weight).enumerate() {
-            let bend = self.bend(i, x);
+            let bend = bend(i);
             let d_angle = self.gradient(i, &bend);
             let mut blocks = [Mat3::zeros(); 16];
-            if curvature == Curvature::Exact {
-                let turn = turn(i, &bend);
-                blocks = angle_curvature(&bend.corners).map(|block| turn * block);
+            if let Some(turn) = turned(i, &bend) {
+                blocks = angle_curvature(&bend.corners);
+                blocks.iter_mut().for_each(|block| *block *= turn);
             }
             for (ij, block) in blocks.iter_mut().enumerate() {
                 *block = (2.0 * weight) * (*block + d_angle[ij / 4] * d_angle[ij % 4].transpose());
@@ -213,14 +228,15 @@ pub fn angle_gradient(corners: &[Vec3; 4]) -> [Vec3; 4] {
     [(1.0 - t1) * g1 + (1.0 - t2) * g2, t1 * g1 + t2 * g2, -g1, -g2]
 }
 
-/// The derivative of one triangle's share of ∇θ, [−(1 − t) g, −t g, g] of (p, q, r) with the hinge p–q, by (p, q, r).
-/// g = −N l/|N|² and t the foot of r along the hinge. Zero for a collapsed triangle.
-fn angle_curvature_share([p, q, r]: [&Vec3; 3]) -> [Mat3; 9] {
+/// Adds the derivative of one triangle's share of ∇θ, [−(1 − t) g, −t g, g] of (p, q, r) with the hinge p–q, by (p, q, r), to the blocks of these slots.
+/// g = −N l/|N|² and t the foot of r along the hinge. Nothing for a collapsed triangle.
+#[inline(always)]
+fn add_curvature_share(blocks: &mut [Mat3; 16], [p, q, r]: [&Vec3; 3], slots: [usize; 3]) {
     let edge = q - p;
     let (squared, normal) = (edge.norm_squared(), edge.cross(&(r - p)));
     let double_area = normal.norm();
     if double_area == 0.0 {
-        return [Mat3::zeros(); 9];
+        return;
     }
     let (length, unit) = (squared.sqrt(), normal / double_area);
     let g = -unit * (length / double_area);
@@ -230,27 +246,27 @@ fn angle_curvature_share([p, q, r]: [&Vec3; 3]) -> [Mat3; 9] {
     // dg = g dl/l − (l/|N|²)(I − 2n̂n̂ᵀ) dN with dN = Σ (opposite edge) × d(vertex).
     let mirror = (2.0 * unit * unit.transpose() - Mat3::identity()) * (length / (double_area * double_area));
     let stretch = g * along.transpose();
-    let by_normal = |opposite: Vec3| mirror * opposite.cross_matrix();
-    let d_g = [by_normal(r - q) - stretch, by_normal(p - r) + stretch, by_normal(edge)];
-    std::array::from_fn(|ij| {
-        let (i, j) = (ij / 3, ij % 3);
-        let turn = g * d_t[j].transpose();
-        match i {
-            0 => (t - 1.0) * d_g[j] + turn,
-            1 => -t * d_g[j] - turn,
-            _ => d_g[j],
-        }
-    })
+    let d_g = [across(&mirror, r - q) - stretch, across(&mirror, p - r) + stretch, across(&mirror, edge)];
+    for ((d_g, d_t), j) in d_g.iter().zip(&d_t).zip(slots) {
+        let turn = g * d_t.transpose();
+        blocks[4 * slots[0] + j] += (t - 1.0) * d_g + turn;
+        blocks[4 * slots[1] + j] += -t * d_g - turn;
+        blocks[4 * slots[2] + j] += d_g;
+    }
+}
+
+/// The matrix times [v]×.
+#[inline(always)]
+fn across(matrix: &Mat3, v: Vec3) -> Mat3 {
+    let [x, y, z] = [0, 1, 2].map(|c| matrix.column(c));
+    Mat3::from_columns(&[y * v.z - z * v.y, z * v.x - x * v.z, x * v.y - y * v.x])
 }
 
 /// The blocks of ∂²θ. The two shares are unsymmetric in (a, b), by opposite amounts; their sum is symmetric.
 pub(super) fn angle_curvature([a, b, c, d]: &[Vec3; 4]) -> [Mat3; 16] {
     let mut blocks = [Mat3::zeros(); 16];
-    for (corners, slots) in [([a, b, c], [0, 1, 2]), ([b, a, d], [1, 0, 3])] {
-        for (ij, block) in angle_curvature_share(corners).iter().enumerate() {
-            blocks[4 * slots[ij / 3] + slots[ij % 3]] += block;
-        }
-    }
+    add_curvature_share(&mut blocks, [a, b, c], [0, 1, 2]);
+    add_curvature_share(&mut blocks, [b, a, d], [1, 0, 3]);
     blocks
 }
 
@@ -322,12 +338,14 @@ impl Energy for HingeEnergy {
     }
 
     fn visit_hessian(&self, x: &[Vec3], curvature: Curvature, visit: &mut dyn FnMut(ElementHessian)) {
-        self.each_hessian(x, curvature, |_, bend| bend.share * bend.share * bend.turn, visit);
+        let exact = curvature == Curvature::Exact;
+        let turned = |_, bend: &Bend| exact.then_some(bend.share * bend.share * bend.turn);
+        self.each_hessian(|i| self.bend(i, x), turned, visit);
     }
 
     fn visit_mixed_hessian(&self, x: &[Vec3], stress: Stress, visit: &mut dyn FnMut(ElementHessian)) {
         let turn = |h: usize, bend: &Bend| bend.share * stress.share * stress.of[h] / (2.0 * self.weight[h]).sqrt();
-        self.each_hessian(x, Curvature::Exact, turn, visit);
+        self.each_hessian(|i| self.bend_in_shape(i, x), |h, bend| Some(turn(h, bend)), visit);
     }
 
     fn visit_terms(&self, rest: &[Vec3], visit: &mut dyn FnMut(Term)) -> bool {

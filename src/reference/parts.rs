@@ -105,9 +105,7 @@ impl Parts {
                 let mut element = [0; crate::energy::MAX_ELEMENT];
                 let element = &mut element[..local.len()];
                 element.iter_mut().zip(local).for_each(|(v, k)| *v = vertices[*k as usize]);
-                let element = &*element;
-                let block = |p: usize, q: usize| blocks[p * local.len() + q];
-                columns.add_element(element, |p, q| constraints.projected(element[p], block(p, q), element[q]));
+                constraints.add_blocks((element, blocks), columns);
             };
             match hessian {
                 ElasticHessian::Own(curvature) => energy.visit_hessian(x, curvature, &mut add),

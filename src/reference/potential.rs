@@ -8,7 +8,7 @@
 use super::constraints::Constraints;
 use super::parts::{ElasticHessian, Parts};
 use super::{Rayleigh, add_viscous_force};
-use crate::energy::{Curvature, Mat3, Stress};
+use crate::energy::{Curvature, ElementHessian, Mat3, Stress};
 use crate::point_energy::PointEnergy;
 use crate::sparse::BlockMatrix;
 use crate::{Shell, Vec3};
@@ -122,11 +122,10 @@ impl Potential<'_> {
         if parts.add_hessian(self, x, ElasticHessian::Own(curvature), matrix) {
             return self.add_others(x, curvature, matrix);
         }
-        matrix.clear();
-        self.shell.energy.visit_hessian(x, curvature, &mut |(vertices, blocks)| {
-            let block = |p: usize, q: usize| blocks[p * vertices.len() + q];
-            matrix.add_element(vertices, |p, q| self.constraints.projected(vertices[p], block(p, q), vertices[q]));
-        });
+        let mut columns = matrix.all();
+        columns.clear();
+        let add = &mut |element: ElementHessian| self.constraints.add_blocks(element, &mut columns);
+        self.shell.energy.visit_hessian(x, curvature, add);
         self.add_others(x, curvature, matrix);
     }
 
@@ -151,11 +150,10 @@ impl Potential<'_> {
         if parts.add_hessian(self, x, ElasticHessian::Mixed(stress), matrix) {
             return self.add_others(x, others, matrix);
         }
-        matrix.clear();
-        self.shell.energy.visit_mixed_hessian(x, stress, &mut |(vertices, blocks)| {
-            let block = |p: usize, q: usize| blocks[p * vertices.len() + q];
-            matrix.add_element(vertices, |p, q| self.constraints.projected(vertices[p], block(p, q), vertices[q]));
-        });
+        let mut columns = matrix.all();
+        columns.clear();
+        let add = &mut |element: ElementHessian| self.constraints.add_blocks(element, &mut columns);
+        self.shell.energy.visit_mixed_hessian(x, stress, add);
         self.add_others(x, others, matrix);
     }
 

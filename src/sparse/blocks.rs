@@ -5,6 +5,7 @@ use crate::support::Roller;
 use crate::{Error, ErrorKind, Result};
 use faer::sparse::{SparseColMat, SymbolicSparseColMat};
 use nalgebra::Matrix3;
+use std::borrow::Borrow;
 
 /// Hands the vertices of each element to what it is given.
 pub type VisitElements<'a> = dyn FnMut(&mut dyn FnMut(&[u32])) + 'a;
@@ -113,30 +114,18 @@ impl BlockMatrix {
         self
     }
 
-    /// Back to zero.
-    pub fn clear(&mut self) {
-        self.lower.val_mut().fill(0.0);
-    }
-
     /// Adds the element with these vertices; `block(p, q)` couples the p-th (row) with the q-th (column) of them, and is
     /// asked for the lower triangle and the free vertices only.
     pub fn add_element(&mut self, vertices: &[u32], block: impl Fn(usize, usize) -> Matrix3<f64>) {
-        for (q, &v) in vertices.iter().enumerate() {
-            let j = self.index[v as usize];
-            for (p, &w) in vertices.iter().enumerate() {
-                let i = self.index[w as usize];
-                if i != NONE && j <= i {
-                    let block = block(p, q);
-                    let block = if self.rollers.is_empty() { block } else { self.projected(i, block, j) };
-                    self.add_block(i, j, &block);
-                }
-            }
-        }
+        self.all().add_element(vertices, block);
     }
 
-    /// What of a block lets free vertices i and j move.
-    fn projected(&self, i: u32, block: Matrix3<f64>, j: u32) -> Matrix3<f64> {
-        Rollers { rollers: &self.rollers, roller_at: &self.roller_at }.projected(i, block, j)
+    /// All columns.
+    pub fn all(&mut self) -> Columns<'_> {
+        let Self { lower, pattern, index, rollers, roller_at } = self;
+        let rollers = Rollers { rollers, roller_at };
+        let (symbolic, values) = lower.parts_mut();
+        Columns { free: [0, NONE], values, skipped: 0, starts: symbolic.col_ptr(), pattern, index, rollers }
     }
 
     /// Fills what held directions leave empty of the diagonal, by `value` of the stiffness there.
@@ -144,14 +133,10 @@ impl BlockMatrix {
         for k in 0..self.rollers.len() {
             let (roller, stiffness) = self.rollers[k];
             let i = self.index[roller.vertex as usize];
-            self.add_block(i, i, &(value(stiffness) * (Matrix3::identity() - roller.free)));
+            let (symbolic, values) = self.lower.parts_mut();
+            let block = value(stiffness) * (Matrix3::identity() - roller.free);
+            add_block(symbolic.col_ptr(), (values, 0), (0, i), &block);
         }
-    }
-
-    fn add_block(&mut self, i: u32, j: u32, block: &Matrix3<f64>) {
-        let place = place_of(i, self.pattern.column(j as usize));
-        let (symbolic, values) = self.lower.parts_mut();
-        add_block(symbolic.col_ptr(), (values, 0), (i, place, j), block);
     }
 
     /// The columns of ranges of free vertices, ascending, each for a thread of its own.
@@ -233,21 +218,20 @@ impl BlockMatrix {
     }
 }
 
-/// Adds a block whose place in its column of blocks is known to values that begin after so many `skipped` ones.
+/// Adds the block at a `place` of its column of blocks j, the first of which is on the diagonal, to values that begin after so many `skipped` ones.
 #[inline(always)]
-fn add_block(
-    starts: &[usize],
-    (values, skipped): (&mut [f64], usize),
-    (i, place, j): (u32, usize, u32),
-    block: &Matrix3<f64>,
-) {
-    let (j_first, below) = (3 * j as usize, 3 * place);
-    for (c, start) in starts[j_first..j_first + 3].iter().enumerate() {
-        // Column c of a diagonal block begins with its own entry.
-        let above = if i == j { c } else { 0 };
-        let at = start - skipped + below;
-        let column = &mut values[at + above - c..at + 3 - c];
-        column.iter_mut().zip(&block.as_slice()[3 * c + above..]).for_each(|(entry, b)| *entry += b);
+fn add_block(starts: &[usize], (values, skipped): (&mut [f64], usize), (place, j): (usize, u32), block: &Matrix3<f64>) {
+    let j_first = 3 * j as usize;
+    for (c, (start, column)) in starts[j_first..j_first + 3].iter().zip(block.as_slice().as_chunks::<3>().0).enumerate()
+    {
+        // Each column begins with its diagonal entry.
+        let at = start - skipped;
+        if place == 0 {
+            values[at..at + 3 - c].iter_mut().zip(&column[c..]).for_each(|(entry, b)| *entry += b);
+        } else {
+            let at = at + 3 * place - c;
+            values[at..at + 3].iter_mut().zip(column).for_each(|(entry, b)| *entry += b);
+        }
     }
 }
 
@@ -286,20 +270,26 @@ impl Columns<'_> {
     }
 
     /// As [`BlockMatrix::add_element`], what of it is in these columns.
-    pub fn add_element(&mut self, vertices: &[u32], block: impl Fn(usize, usize) -> Matrix3<f64>) {
+    #[inline(always)]
+    pub fn add_element<B: Borrow<Matrix3<f64>>>(&mut self, vertices: &[u32], block: impl Fn(usize, usize) -> B) {
         for (q, &v) in vertices.iter().enumerate() {
             let j = self.index[v as usize];
             if !(self.free[0]..self.free[1]).contains(&j) {
                 continue;
             }
+            let column = self.pattern.column(j as usize);
             for (p, &w) in vertices.iter().enumerate() {
                 let i = self.index[w as usize];
                 if i != NONE && j <= i {
-                    let block = block(p, q);
-                    let block =
-                        if self.rollers.rollers.is_empty() { block } else { self.rollers.projected(i, block, j) };
-                    let place = place_of(i, self.pattern.column(j as usize));
-                    add_block(self.starts, (self.values, self.skipped), (i, place, j), &block);
+                    let place = if i == j { 0 } else { place_of(i, column) };
+                    let (block, values) = (block(p, q), (&mut *self.values, self.skipped));
+                    match self.rollers.rollers {
+                        [] => add_block(self.starts, values, (place, j), block.borrow()),
+                        _ => {
+                            let left = self.rollers.projected(i, *block.borrow(), j);
+                            add_block(self.starts, values, (place, j), &left);
+                        }
+                    }
                 }
             }
         }

@@ -67,6 +67,8 @@ fn parts<'a>(n: usize, mut values: &'a mut [f64], len: impl Fn(usize) -> usize) 
 struct Scratch {
     /// Where each row is among a panel's.
     place: Vec<u32>,
+    /// Of a product's rows, those that are one after the other there: the first's place, and how many.
+    runs: Vec<[u32; 2]>,
     product: Vec<f64>,
     stack: MemBuffer,
 }
@@ -102,7 +104,7 @@ impl Branches<'_> {
             let product = try_zeroed("a factor of the stiffness", TALL * widest).map_err(Stopped::Failed)?;
             let stack = MemBuffer::try_new(scratch)
                 .map_err(|_| Stopped::Failed(super::factor::out_of_memory("Cholesky factorization")))?;
-            Ok(Scratch { place, product, stack })
+            Ok(Scratch { place, runs: vec![], product, stack })
         };
         let body = |scratch: &mut Scratch, t: usize, wait: WaitFor| {
             let own = parts[t].take();
@@ -184,16 +186,22 @@ impl Branches<'_> {
         let rows = &pattern(self.structure, s)[from..];
         let left = view(earlier, values).subrows(earlier.own(self.columns(s)) + from, rows.len());
         let right = left.subrows(0, count).transpose();
+        let Scratch { place, runs, product, .. } = scratch;
         let mut at = 0;
         while at < rows.len() {
             let tall = TALL.min(rows.len() - at);
-            let product = &mut scratch.product[..tall * count];
+            let product = &mut product[..tall * count];
             let made = MatMut::from_column_major_slice_mut(product, tall, count);
             matmul(made, Accum::Replace, left.subrows(at, tall), right, 1.0, Par::Seq);
+            find_runs(&rows[at..at + tall], place, runs);
             for (column, product) in rows[..count].iter().zip(product.chunks_exact(tall)) {
                 let target = &mut target[(column - panel.first) * panel.rows + panel.inside..][..panel.height()];
-                for (row, value) in rows[at..at + tall].iter().zip(product) {
-                    target[scratch.place[*row] as usize] -= value;
+                let mut rest = product;
+                for [first, count] in runs.iter() {
+                    let (own, others) = rest.split_at(*count as usize);
+                    rest = others;
+                    let target = &mut target[*first as usize..][..own.len()];
+                    target.iter_mut().zip(own).for_each(|(entry, value)| *entry -= value);
                 }
             }
             at += tall;
@@ -327,6 +335,18 @@ impl Branches<'_> {
         };
         let never = panels.down.run(self.nanoseconds(), make, body);
         debug_assert!(never.is_ok());
+    }
+}
+
+/// Parts rows, ascending, where their places are not one after the other.
+fn find_runs(rows: &[usize], place: &[u32], runs: &mut Vec<[u32; 2]>) {
+    runs.clear();
+    for row in rows {
+        let place = place[*row];
+        match runs.last_mut() {
+            Some([first, count]) if *first + *count == place => *count += 1,
+            _ => runs.push([place, 1]),
+        }
     }
 }
 

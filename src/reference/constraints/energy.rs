@@ -2,9 +2,9 @@
 
 use super::{Constraints, PULL, Turn};
 use crate::Vec3;
-use crate::energy::Curvature;
+use crate::energy::{Curvature, ElementHessian};
 use crate::point_energy::PointEnergy;
-use crate::sparse::BlockMatrix;
+use crate::sparse::{BlockMatrix, Columns};
 use nalgebra::Matrix3;
 
 /// Step of differences, in edges: their truncation is its square, their rounding 1e-16 over it.
@@ -49,6 +49,16 @@ impl Constraints {
     pub fn project(&self, gradient: &mut [Vec3]) {
         for hold in self.holds.iter().filter(|_| !self.pulling) {
             gradient[hold.vertex as usize] = hold.free * gradient[hold.vertex as usize];
+        }
+    }
+
+    /// Adds of an element's blocks, row by row, what hard positions do not take.
+    #[inline(always)]
+    pub fn add_blocks(&self, (vertices, blocks): ElementHessian, columns: &mut Columns) {
+        let block = |p: usize, q: usize| &blocks[p * vertices.len() + q];
+        match self.holds[..] {
+            [] => columns.add_element(vertices, block),
+            _ => columns.add_element(vertices, |p, q| self.projected(vertices[p], *block(p, q), vertices[q])),
         }
     }
 
