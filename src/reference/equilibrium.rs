@@ -7,7 +7,7 @@
 
 use super::constraints::Constraints;
 use super::mixed::Unstable;
-use super::newton::{Convergence, Stop};
+use super::newton::{Ahead, Convergence, Stop};
 use super::potential::Potential;
 use super::{Solver, continuation, free_norm};
 use crate::energy::Curvature;
@@ -161,6 +161,11 @@ fn least_load(shell: &Shell) -> f64 {
     LEAST_LOAD * f64::EPSILON * shell.mesh.reach * squares.sqrt()
 }
 
+/// What the whole of a load adds to the first one.
+fn change(first: &[Vec3], forces: &[Vec3]) -> Vec<Vec3> {
+    first.iter().zip(forces).map(|(first, last)| last - first).collect()
+}
+
 /// The load's way from the start's to the whole.
 struct LoadPath {
     /// The load that the start balances (n_vertices).
@@ -171,6 +176,8 @@ struct LoadPath {
     done: f64,
     balanced: Vec<Vec3>,
     increment: f64,
+    /// Where the load leads from there, once an increment of it was tried.
+    ahead: Option<Ahead>,
     residual: f64,
     iterations: usize,
     increments: usize,
@@ -191,6 +198,7 @@ impl LoadPath {
             done: 0.0,
             balanced: solver.x.clone(),
             increment: options.first_increment.max(SMALLEST_INCREMENT),
+            ahead: None,
             residual: 0.0,
             iterations: 0,
             increments: 0,
@@ -214,11 +222,14 @@ impl LoadPath {
         let (constraints, points) = (&Constraints::none(), Solver::points(points));
         let potential = Potential { shell, origin, load: forces, step: None, constraints, points };
         let mut iterations = 0;
+        newton.ahead = (!options.follow_snaps).then(|| Ahead::new(change(&self.first, forces), true));
         let found = newton.minimize_mixed(&potential, x, (stop, Unstable::Stop), &mut |residual| {
             let heard = watch(EquilibriumProgress { load: 1.0, iterations, residual });
             iterations += 1;
             heard
-        })?;
+        });
+        self.ahead = newton.ahead.take();
+        let found = found?;
         self.iterations = iterations;
         let along = options.follow_snaps || newton.is_foreseen(&potential, (origin, x), LEAP);
         if let Some(end) = found.filter(|end| along && end.residual <= WORST_RESIDUAL) {
@@ -249,12 +260,17 @@ impl LoadPath {
         let (constraints, points) = (&Constraints::none(), Solver::points(points));
         let potential = Potential { shell, origin, load: force, step: None, constraints, points };
         let (mut iterations, mut residual) = (self.iterations, 0.0);
+        let mut ahead = self.ahead.take().unwrap_or_else(|| Ahead::new(change(&self.first, forces), false));
+        ahead.share = load - self.done;
+        newton.ahead = Some(ahead);
         let found = newton.minimize_mixed(&potential, x, (stop, Unstable::Stop), &mut |left| {
             residual = left;
             let heard = watch(EquilibriumProgress { load, iterations, residual });
             iterations += 1;
             heard
-        })?;
+        });
+        self.ahead = newton.ahead.take();
+        let found = found?;
         self.iterations = iterations;
         if let Some(end) = found.filter(|end| end.residual <= WORST_RESIDUAL)
             && newton.is_foreseen(&potential, (origin, x), LEAP)
@@ -262,6 +278,7 @@ impl LoadPath {
             (self.done, self.residual) = (load, end.residual);
             self.increments += 1;
             self.increment *= 2.0;
+            self.ahead = None;
             self.balanced.copy_from_slice(x);
             return Ok(());
         }

@@ -21,7 +21,7 @@
 //! and gets there in half the steps that lower the energy along their lines.
 
 use super::free_norm;
-use super::newton::{Convergence, Newton, Stop};
+use super::newton::{Ahead, Convergence, Newton, Stop};
 use super::parts::Parts;
 use super::potential::Potential;
 use crate::energy::Stress;
@@ -225,7 +225,11 @@ impl Newton {
             }
             let made = self.factorizations;
             let wanted = (&mut *stress, [force, enough], near);
-            let Some(bare) = self.next_direction(potential, x, wanted, (&mut shift, unstable))? else { break };
+            let bare = match self.ahead.take_if(|_| iterations == 0) {
+                Some(ahead) => self.direction_ahead(potential, x, wanted, (&mut shift, unstable), ahead)?,
+                None => self.next_direction(potential, x, wanted, (&mut shift, unstable))?,
+            };
+            let Some(bare) = bare else { break };
             kept = self.factorizations == made;
             if iterations == 0 {
                 self.foresee_end(potential, x);
@@ -299,6 +303,24 @@ impl Newton {
         self.begin(potential, x, stress);
         let bare = Tangent { stress, force, enough, near: false };
         Ok(self.mixed_direction(potential, x, bare, (shift, unstable))?.then_some(true))
+    }
+
+    /// The same for a first Δ that others go by, too, or that is known by them.
+    fn direction_ahead(
+        &mut self,
+        potential: &Potential,
+        x: &[Vec3],
+        wanted: (&mut Vec<f64>, [f64; 2], bool),
+        how: (&mut Shift, Unstable),
+        mut ahead: Ahead,
+    ) -> Result<Option<bool>> {
+        let known = self.go_ahead(&ahead);
+        let found = if known { Some(false) } else { self.next_direction(potential, x, wanted, how)? };
+        if !known && found.is_some() {
+            self.look_ahead(potential, &mut ahead)?;
+        }
+        self.ahead = Some(ahead);
+        Ok(found)
     }
 
     /// Moves `x` by so many steps, wherever they lead, from a `stress` on to the one that the last step foresaw.

@@ -8,6 +8,7 @@
 //! makes many small steps. But the next Newton step takes the stretch out again. So steps may raise Φ a few times in a row as
 //! long as Φ then falls below where it was (the watchdog of Chamberlain et al. 1982); if not, back to there and search.
 
+mod ahead;
 mod conjugate;
 mod stability;
 
@@ -21,6 +22,7 @@ use crate::energy::Curvature;
 use crate::mesh::NONE;
 use crate::sparse::{BlockMatrix, Factor, Symbolic};
 use crate::{Error, ErrorKind, Result, Shell, Vec3};
+pub use ahead::Ahead;
 use conjugate::Conjugate;
 use faer::MatMut;
 use std::sync::Arc;
@@ -95,6 +97,8 @@ pub struct Newton {
     pub(super) coasting: bool,
     /// Where the first step of the last search with the stress as an unknown would have gone (n_vertices).
     pub(super) foreseen: Vec<Vec3>,
+    /// What the next such search goes ahead by, if others are to begin where it does.
+    pub(super) ahead: Option<Ahead>,
     conjugate: Conjugate,
     /// Whether that may be solved by.
     pub(super) reusing: bool,
@@ -188,6 +192,7 @@ impl Newton {
             spare: UNBOUNDED,
             coasting: false,
             foreseen: vec![],
+            ahead: None,
             conjugate: Conjugate::default(),
             reusing: true,
             foreign: false,

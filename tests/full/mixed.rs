@@ -116,6 +116,23 @@ fn a_search_that_does_not_follow_snaps_ends_at_the_last_shape_before() {
     assert!(size(&reached) > 0.0 && size(&reached) < 0.75 * size(&fallen), "{} of {}", size(&reached), size(&fallen));
 }
 
+#[test]
+fn an_increment_that_is_halved_goes_by_the_tangent_at_hand() {
+    let shell = Arc::new(leaf(1));
+    let rest = vec![Vec3::zeros(); shell.mass.len()];
+    let mut solver = Solver::new(shell.clone()).unwrap();
+    let (options, mut loads) = (EquilibriumOptions { follow_snaps: false, ..Default::default() }, vec![]);
+    let forces = gravity(&shell, [-0.5, -0.5, 0.7], 0.3);
+    let mut watch = |progress: shellwarp::reference::EquilibriumProgress| {
+        loads.push(progress.load);
+        Ok(())
+    };
+    solver.equilibrium(&rest, &forces, &options, &mut watch).unwrap_err();
+    // Every iterate has a factorization at most; the first one after a try that failed has none.
+    let again = loads.windows(2).filter(|pair| pair[1] < pair[0]).count();
+    assert!(again > 3 && solver.factorizations() + again <= loads.len(), "{again}, {}", solver.factorizations());
+}
+
 /// A flat card of 0.3 x 0.2 m and 0.3 mm, held at its left rim.
 fn card() -> Arc<Shell> {
     let (positions, triangles) = equilateral_sheet(18, 12, 0.3 / 18.0);
