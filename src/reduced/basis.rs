@@ -13,10 +13,12 @@
 
 use crate::energy::Curvature;
 use crate::modes::{ScaledStiffness, symmetric_eigen};
+use crate::sparse::{Factor, Symbolic};
 use crate::{Error, ErrorKind, Result, Shell, Vec3, threads};
-use faer::linalg::matmul::triangular::{BlockStructure, matmul};
+use faer::linalg::matmul::{matmul, triangular};
 use faer::prelude::*;
-use faer::{Accum, Mat, MatMut, Par};
+use faer::{Accum, ColMut, Mat, MatMut, Par};
+use std::sync::Arc;
 
 /// The step of a mode for the difference of Hessians turns no edge by more than this, rad. Its error is the square of it; rounding
 /// adds 1e-16 over it.
@@ -53,70 +55,118 @@ const ROUNDS: usize = 3;
 /// Rigid motions that supports leave free (M-orthonormal), and the lowest eigenvalue beside them.
 pub type Loose<'a> = (&'a [Vec<Vec3>], f64);
 
-/// A⁻¹ of the mass-scaled stiffness, applied to columns; of a loose shell on what is in balance, inertia taking the rest.
-pub fn solve_rest(shell: &Shell, right: &mut Mat<f64>, (rigid, lowest): Loose) -> Result<()> {
-    let stiffness = ScaledStiffness::assemble(shell)?;
-    let symbolic = shell.analysis(stiffness.lower.symbolic())?;
-    let shift = if rigid.is_empty() { 0.0 } else { SHIFT * lowest };
-    let factor = match rigid.is_empty() {
-        true => symbolic.cholesky(&stiffness.lower)?,
-        false => symbolic.cholesky(&stiffness.shifted(-shift))?,
-    };
-    let Some(factor) = factor else {
-        let message = "a reduced basis needs a shell that is held: its stiffness is singular";
-        return Err(Error::new(ErrorKind::Unsupported, message));
-    };
-    stiffness.project(shell, right.as_mut());
-    if rigid.is_empty() {
-        factor.solve_in_place(right.as_mut())?;
-        stiffness.project(shell, right.as_mut());
-        return Ok(());
-    }
-    let rigid = columns(shell, rigid);
-    let balance = |y: &mut Mat<f64>| {
-        let inside = rigid.transpose() * &*y;
-        *y -= &rigid * inside;
-    };
-    balance(right);
-    let mut solution = Mat::zeros(right.nrows(), right.ncols());
-    for _ in 0..ROUNDS {
-        let mut next = &*right + &solution * faer::Scale(shift);
-        factor.solve_in_place(next.as_mut())?;
-        balance(&mut next);
-        solution = next;
-    }
-    *right = solution;
-    Ok(())
+/// The mass-scaled stiffness A at rest, factorized.
+pub struct RestSolver<'a> {
+    shell: &'a Shell,
+    stiffness: ScaledStiffness,
+    symbolic: Arc<Symbolic>,
+    factor: Factor,
+    /// Columns of what moves freely, and what is added to A for it.
+    rigid: Mat<f64>,
+    shift: f64,
 }
 
-/// Θ_ij for i ≤ j, row by row (m(m + 1)/2 fields): differences of exact Hessians at x̄ ± εφ_j give E‴(φ_i, φ_j).
-pub fn modal_derivatives(shell: &Shell, shapes: &[Vec<Vec3>], loose: Loose) -> Result<Vec<Vec<Vec3>>> {
-    let (n, m) = (shell.mass.len(), shapes.len());
-    let mut forces = vec![vec![Vec3::zeros(); n]; m * (m + 1) / 2];
-    let at = |i: usize, j: usize| i * m - i * (i + 1) / 2 + j; // i ≤ j
-    for j in 0..m {
-        let step = DIFFERENCE / steepest(shell, &shapes[j]);
-        for sign in [1.0, -1.0] {
-            let x: Vec<Vec3> = shell.mesh.positions.iter().zip(&shapes[j]).map(|(x, u)| x + sign * step * u).collect();
-            shell.energy.visit_hessian(&x, Curvature::Exact, &mut |(vertices, blocks)| {
-                for i in 0..=j {
-                    for (p, &v) in vertices.iter().enumerate() {
-                        let row = &blocks[p * vertices.len()..];
-                        let force: Vec3 =
-                            vertices.iter().zip(row).map(|(&w, block)| block * shapes[i][w as usize]).sum();
-                        forces[at(i, j)][v as usize] -= force * (0.5 * sign / step);
-                    }
-                }
-            });
+impl<'a> RestSolver<'a> {
+    /// Of a shell that is held, or of one with these motions.
+    pub fn new(shell: &'a Shell, (rigid, lowest): Loose) -> Result<Self> {
+        let stiffness = ScaledStiffness::assemble(shell)?;
+        let symbolic = shell.analysis(stiffness.lower.symbolic())?;
+        let (shift, mut factor) = (if rigid.is_empty() { 0.0 } else { SHIFT * lowest }, symbolic.factor()?);
+        let positive = match rigid.is_empty() {
+            true => symbolic.refactorize(&stiffness.lower, &mut factor)?,
+            false => symbolic.refactorize(&stiffness.shifted(-shift), &mut factor)?,
+        };
+        if !positive {
+            let message = "a reduced basis needs a shell that is held: its stiffness is singular";
+            return Err(Error::new(ErrorKind::Unsupported, message));
         }
+        Ok(Self { shell, stiffness, symbolic, factor, rigid: columns(shell, rigid), shift })
     }
+
+    /// Whether it is of one with motions.
+    pub fn is_loose(&self) -> bool {
+        self.rigid.ncols() > 0
+    }
+
+    /// Applies A⁻¹ to columns; of a loose shell on what is in balance, inertia taking the rest.
+    pub fn solve(&self, right: &mut Mat<f64>) -> Result<()> {
+        self.stiffness.project(self.shell, right.as_mut());
+        if !self.is_loose() {
+            self.apply(right)?;
+            self.stiffness.project(self.shell, right.as_mut());
+            return Ok(());
+        }
+        let balance = |y: &mut Mat<f64>| {
+            let inside = self.rigid.transpose() * &*y;
+            *y -= &self.rigid * inside;
+        };
+        balance(right);
+        let mut solution = Mat::zeros(right.nrows(), right.ncols());
+        for _ in 0..ROUNDS {
+            let mut next = &*right + &solution * faer::Scale(self.shift);
+            self.apply(&mut next)?;
+            balance(&mut next);
+            solution = next;
+        }
+        *right = solution;
+        Ok(())
+    }
+
+    /// Solves by the factor, some columns at a time.
+    fn apply(&self, right: &mut Mat<f64>) -> Result<()> {
+        let entries = self.symbolic.factor_bytes() / size_of::<f64>();
+        let work = 4.0 * MULTIPLICATION * (entries * right.ncols()) as f64;
+        let mut parts: Vec<_> = strips(right, SOLVED).into_iter().map(|(_, strip)| (strip, Ok(()))).collect();
+        threads::share_items(&mut parts, work as u64, |(strip, solved)| {
+            *solved = self.symbolic.solve_in_place(&self.factor, strip.as_mut());
+        });
+        parts.into_iter().try_for_each(|(_, solved)| solved)
+    }
+}
+
+/// Nanoseconds of an element's exact Hessian, and of a 3 × 3 block of it times a vector, about.
+const ELEMENT: f64 = 500.0;
+const BLOCK: f64 = 2.0;
+
+/// Θ_ij for i ≤ j, row by row (m(m + 1)/2 fields): differences of exact Hessians at x̄ ± εφ_j give E‴(φ_i, φ_j).
+pub fn modal_derivatives(rest: &RestSolver, shapes: &[Vec<Vec3>]) -> Result<Vec<Vec<Vec3>>> {
+    let (shell, m) = (rest.shell, shapes.len());
+    let shapes_of: Vec<Vec3> = (0..shell.mass.len()).flat_map(|v| shapes.iter().map(move |shape| shape[v])).collect();
+    let work = 2.0 * (shell.energy.n_elements() * m) as f64 * (ELEMENT + 16.0 * BLOCK * m as f64);
+    let backward: Vec<usize> = (0..m).rev().collect(); // the longest first
+    let by_j = threads::map(&backward, work as u64, |j| forces_beside(shell, (shapes, &shapes_of), *j));
+    let pairs = (0..m).flat_map(|i| (i..m).map(move |j| (i, j)));
+    let mut forces: Vec<Vec<Vec3>> =
+        pairs.map(|(i, j)| by_j[m - 1 - j].iter().skip(i).step_by(j + 1).copied().collect()).collect();
     let by_root: Vec<f64> = shell.mass.iter().map(|m| 1.0 / m.sqrt()).collect();
     for force in &mut forces {
         force.iter_mut().zip(&by_root).for_each(|(f, root)| *f *= root * root); // columns() brings M^½
     }
     let mut right = columns(shell, &forces);
-    solve_rest(shell, &mut right, loose)?;
+    rest.solve(&mut right)?;
     Ok((0..right.ncols()).map(|k| unscaled(shell, right.col(k))).collect())
+}
+
+/// −E‴(φ_i, φ_j) for i ≤ j, vertex by vertex.
+fn forces_beside(shell: &Shell, (shapes, shapes_of): (&[Vec<Vec3>], &[Vec3]), j: usize) -> Vec<Vec3> {
+    let (m, count) = (shapes.len(), j + 1);
+    let mut forces = vec![Vec3::zeros(); count * shell.mass.len()];
+    let step = DIFFERENCE / steepest(shell, &shapes[j]);
+    for sign in [1.0, -1.0] {
+        let x: Vec<Vec3> = shell.mesh.positions.iter().zip(&shapes[j]).map(|(x, u)| x + sign * step * u).collect();
+        shell.energy.visit_hessian(&x, Curvature::Exact, &mut |(vertices, blocks)| {
+            for (p, &v) in vertices.iter().enumerate() {
+                let row = &blocks[p * vertices.len()..];
+                let sums = &mut forces[count * v as usize..][..count];
+                for (i, sum) in sums.iter_mut().enumerate() {
+                    let force: Vec3 =
+                        vertices.iter().zip(row).map(|(&w, block)| block * shapes_of[m * w as usize + i]).sum();
+                    *sum -= force * (0.5 * sign / step);
+                }
+            }
+        });
+    }
+    forces
 }
 
 /// The largest rotation or stretch of an edge per unit of `field`.
@@ -135,8 +185,8 @@ pub const MULTIPLICATION: f64 = 0.05;
 
 /// sum += left × right, of its lower triangle.
 pub fn add_lower(sum: MatMut<'_, f64>, left: MatRef<'_, f64>, right: MatRef<'_, f64>) {
-    let (lower, whole) = (BlockStructure::TriangularLower, BlockStructure::Rectangular);
-    matmul(sum, lower, Accum::Add, left, whole, right, whole, 1.0, Par::Seq);
+    let (lower, whole) = (triangular::BlockStructure::TriangularLower, triangular::BlockStructure::Rectangular);
+    triangular::matmul(sum, lower, Accum::Add, left, whole, right, whole, 1.0, Par::Seq);
 }
 
 /// YᵀY.
@@ -164,7 +214,7 @@ fn product(y: &Mat<f64>, x: &Mat<f64>) -> Mat<f64> {
     let parts = threads::map(&firsts, work as u64, |first| {
         let rows = y.subrows(*first, ROWS.min(y.nrows() - first));
         let mut part = Mat::zeros(rows.nrows(), x.ncols());
-        faer::linalg::matmul::matmul(part.as_mut(), Accum::Replace, rows, x, 1.0, Par::Seq);
+        matmul(part.as_mut(), Accum::Replace, rows, x, 1.0, Par::Seq);
         part
     });
     let mut out = Mat::zeros(y.nrows(), x.ncols());
@@ -172,6 +222,55 @@ fn product(y: &Mat<f64>, x: &Mat<f64>) -> Mat<f64> {
         out.subrows_mut(first, part.nrows()).copy_from(part);
     }
     out
+}
+
+/// Columns that a thread takes at once.
+pub const STRIP: usize = 16;
+/// Directions that are made orthonormal together.
+const TOGETHER: usize = 8;
+/// Columns that a thread solves for at once.
+const SOLVED: usize = 4;
+
+/// Some columns at a time of a matrix, and the first one's number.
+pub fn strips(matrix: &mut Mat<f64>, width: usize) -> Vec<(usize, MatMut<'_, f64>)> {
+    let (n, mut strips) = (matrix.ncols(), vec![]);
+    let mut rest = matrix.as_mut();
+    for first in (0..n).step_by(width) {
+        let (strip, others) = rest.split_at_col_mut(width.min(n - first));
+        strips.push((first, strip));
+        rest = others;
+    }
+    strips
+}
+
+/// Takes off columns what the orthonormal columns of `basis` hold of them, twice for the rounding of the first time.
+fn clear_of(basis: MatRef<'_, f64>, mut columns: MatMut<'_, f64>) {
+    let (rows, n) = columns.shape();
+    let firsts: Vec<usize> = (0..rows).step_by(ROWS).collect();
+    let some = |first: usize| (first, ROWS.min(rows - first));
+    let work = MULTIPLICATION * (rows * basis.ncols() * n) as f64;
+    for _ in 0..2 {
+        let held = threads::map(&threads::parts(&firsts, 1), work as u64, |part| {
+            let mut sum = Mat::zeros(basis.ncols(), n);
+            for (first, count) in part.iter().map(|first| some(*first)) {
+                let (basis, columns) = (basis.subrows(first, count), columns.as_ref().subrows(first, count));
+                matmul(sum.as_mut(), Accum::Add, basis.transpose(), columns, 1.0, Par::Seq);
+            }
+            sum
+        });
+        let mut inside = Mat::<f64>::zeros(basis.ncols(), n);
+        held.iter().for_each(|part| inside += part);
+        let mut rest = columns.as_mut();
+        let mut parts = vec![];
+        for (first, count) in firsts.iter().map(|first| some(*first)) {
+            let (part, others) = rest.split_at_row_mut(count);
+            parts.push((basis.subrows(first, count), part));
+            rest = others;
+        }
+        threads::share_items(&mut parts, work as u64, |(basis, part)| {
+            matmul(part.as_mut(), Accum::Add, *basis, &inside, -1.0, Par::Seq);
+        });
+    }
 }
 
 /// Appends to the orthonormal columns `basis` up to `wanted` orthonormal directions that hold most of `candidates`.
@@ -182,24 +281,37 @@ pub fn extend(basis: &mut Mat<f64>, candidates: Mat<f64>, wanted: usize) -> Resu
 /// The same, of directions along which candidates have more than this part of the largest.
 pub fn extend_by(basis: &mut Mat<f64>, mut candidates: Mat<f64>, (wanted, least): (usize, f64)) -> Result<()> {
     let largest = (0..candidates.ncols()).map(|k| candidates.col(k).norm_l2()).fold(0.0, f64::max);
-    for _ in 0..2 {
-        let inside = basis.transpose() * &candidates;
-        candidates -= &*basis * inside;
-    }
+    clear_of(basis.as_ref(), candidates.as_mut());
     let (values, vectors) = symmetric_eigen(gram(&candidates).as_ref())?;
     let told = |k: &usize| values[*k] > (least * largest).powi(2);
     let kept: Vec<usize> = (0..values.len()).rev().take(wanted).take_while(told).collect();
     let mixing = Mat::from_fn(values.len(), kept.len(), |i, k| vectors[(i, kept[k])]);
     let directions = product(&candidates, &mixing);
-    for k in 0..kept.len() {
-        let mut y = directions.col(k).to_owned();
-        for _ in 0..2 {
-            let inside = basis.transpose() * &y;
-            y -= &*basis * inside;
-            y = &y * faer::Scale(1.0 / y.norm_l2());
+    let (rows, old) = basis.shape();
+    let mut all = Mat::zeros(rows, old + kept.len());
+    all.subcols_mut(0, old).copy_from(&basis);
+    // What rounding left in small directions grows as these are made as long as any.
+    for first in (0..kept.len()).step_by(TOGETHER) {
+        let (done, mut rest) = all.as_mut().split_at_col_mut(old + first);
+        let mut own = rest.as_mut().subcols_mut(0, TOGETHER.min(kept.len() - first));
+        own.copy_from(directions.subcols(first, own.ncols()));
+        own.as_mut().col_iter_mut().for_each(normalize);
+        clear_of(done.as_ref(), own.as_mut());
+        for k in 0..own.ncols() {
+            let (before, mut rest) = own.as_mut().split_at_col_mut(k);
+            let mut y = rest.as_mut().col_mut(0);
+            for _ in 0..2 {
+                let inside = before.as_ref().transpose() * &y;
+                y -= before.as_ref() * inside;
+                normalize(y.as_mut());
+            }
         }
-        let last = basis.ncols();
-        basis.resize_with(y.nrows(), last + 1, |i, _| y[i]);
     }
+    *basis = all;
     Ok(())
+}
+
+fn normalize(y: ColMut<'_, f64>) {
+    let scale = 1.0 / y.norm_l2();
+    zip!(y).for_each(|unzip!(y)| *y *= scale);
 }

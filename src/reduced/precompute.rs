@@ -1,6 +1,7 @@
 //! What the precompute of a reduced shell does, in order: loads, equilibria to train on, basis and stress fields, samples, the polynomial and
 //! its gate.
 
+use super::basis::RestSolver;
 use super::training::{BasisInputs, TrainingLoads, TrainingPose};
 use super::{AnyFields, Assumed, Fields, MAX_FIELDS, Options, ReducedEnergy, ReducedShell, TOLERANCE, free_motions};
 use super::{basis, polynomial, sampling, unpacked, with_fields};
@@ -48,12 +49,13 @@ impl ReducedShell {
         report(0.0)?;
         let mut loads = TrainingLoads::new(shell, modes, (options, handles), free)?;
         let rigid = &all.shapes[..all.zero_modes];
-        loads.prepare_handles(shell, (rigid, modes.eigenvalues[0]))?;
-        let derivatives = loads.weighted_derivatives(shell, modes, rigid)?;
+        let rest = RestSolver::new(shell, (rigid, modes.eigenvalues[0]))?;
+        loads.prepare_handles(shell, &rest)?;
+        let inputs = loads.inputs(shell, modes, (rigid, &rest))?;
+        drop(rest);
         let limits = (options.poses, time, options.iterations);
         let trained = loads.train(shell, limits, &mut |share| report(0.1 + 0.4 * share))?;
         require_training(options, &trained)?;
-        let inputs = loads.inputs(shell, modes, (rigid, derivatives))?;
         let (basis, known, assumed) =
             basis_and_stresses((&loads, &inputs, &trained), options.fields, &mut |share| report(0.5 + 0.1 * share))?;
         let fields = stored(shell, &basis, precision)?;

@@ -14,6 +14,7 @@
 
 mod nonnegative;
 
+use super::elastic::Scratch;
 use super::energy::{Forces, ReducedEnergy};
 use crate::{Error, ErrorKind, Result, Shell, Vec3, threads};
 use faer::linalg::triangular_solve::{solve_lower_triangular_in_place, solve_upper_triangular_in_place};
@@ -33,8 +34,11 @@ const STEP: f64 = 1e-6;
 
 /// Elements that a thread takes at once.
 const PART: usize = 512;
-/// Nanoseconds that an element's force takes, about.
+/// Nanoseconds that an element's force takes, about, and its strain and stress before that.
 const FORCE: u64 = 800;
+const PLACED: u64 = 100;
+/// Poses that are placed at once.
+const AT_ONCE: usize = 8;
 
 /// Weights of all elements (in the order of the rest rows), at most `wanted` of them not 0, that reproduce the forces of `all` at
 /// `poses` and its rest stiffness as well as can be, or to `tolerance`; and what they leave of these, relative. `stiffness` is that at
@@ -154,16 +158,23 @@ impl System<'_> {
     /// Fills the first blocks with the forces at poses, each scaled to a total of 1. Where the shell rests under stress, by what they differ from those.
     fn add_poses(&mut self, poses: &[Vec<f64>]) {
         let (all, n) = (self.all, self.all.n());
-        let [mut scratch, mut at_rest] = [all.scratch(), all.scratch()];
+        let mut at_rest = all.scratch();
         let rest = all.is_stressed().then(|| all.forces(&vec![0.0; n], &mut at_rest));
-        for (k, pose) in poses.iter().enumerate() {
-            let forces = all.forces(pose, &mut scratch);
-            self.add(k, |e, out| {
-                let strain = forces.of(e, out);
-                rest.as_ref().map_or(strain, |rest| strain - less(rest, e, out))
+        let mut rooms: Vec<Scratch> = (0..AT_ONCE.min(poses.len())).map(|_| all.scratch()).collect();
+        for (c, some) in poses.chunks(AT_ONCE).enumerate() {
+            let mut placed: Vec<(&Vec<f64>, &mut Scratch)> = some.iter().zip(&mut rooms).collect();
+            threads::share_items(&mut placed, PLACED * (some.len() * all.n_elements()) as u64, |(pose, scratch)| {
+                all.forces(pose, scratch);
             });
-            let total = self.b.rows(k * self.block(), n).norm();
-            self.scales[k] = 1.0 / total.max(f64::MIN_POSITIVE);
+            for (k, (pose, scratch)) in placed.into_iter().enumerate() {
+                let (k, forces) = (c * AT_ONCE + k, all.forces(pose, scratch)); // as placed
+                self.add(k, |e, out| {
+                    let strain = forces.of(e, out);
+                    rest.as_ref().map_or(strain, |rest| strain - less(rest, e, out))
+                });
+                let total = self.b.rows(k * self.block(), n).norm();
+                self.scales[k] = 1.0 / total.max(f64::MIN_POSITIVE);
+            }
         }
     }
 
@@ -228,10 +239,13 @@ impl System<'_> {
         let mut rest_rows = Vec::with_capacity(n * all.n_elements());
         all.visit_rest_rows(shell, |_, row| rest_rows.extend_from_slice(row));
         let rest_rows: Vec<&[f64]> = rest_rows.chunks_exact(n).collect();
-        for (p, probe) in probes.iter().enumerate() {
+        let work = PLACED * (probes.len() * all.n_elements()) as u64;
+        let strained = threads::map(probes, work, |probe| {
             let dot = |row: &&[f64]| row.iter().zip(probe.iter()).map(|(a, b)| a * b).sum();
             let strain: Vec<f64> = rest_rows.iter().map(dot).collect();
-            let stress = all.stress_of(&strain);
+            (all.stress_of(&strain), strain)
+        });
+        for (p, (stress, strain)) in strained.iter().enumerate() {
             self.add(first + p, |e, out| {
                 out.iter_mut().zip(rest_rows[e]).for_each(|(out, x)| *out = stress[e] * x);
                 strain[e]

@@ -10,11 +10,14 @@
 //! - the equilibria that the basis is trained on.
 
 use super::basis;
-use crate::{Result, Shell, Vec3};
+use crate::{Result, Shell, Vec3, threads};
 use faer::Mat;
 
 /// Of displacements, for differences; its error is the square of it, and rounding adds 1e-16 over its square.
 const STEP: f64 = 1e-3;
+
+/// Nanoseconds that an element's strain takes, about.
+const STRAIN: u64 = 50;
 
 /// The membrane's strains at displacements `u`.
 fn strains(shell: &Shell, u: impl Fn(usize) -> Vec3) -> Vec<f64> {
@@ -54,32 +57,32 @@ pub fn fields(
     [poses, led]: [&[&[Vec3]]; 2],
     wanted: usize,
 ) -> Result<Mat<f64>> {
-    let mut candidates: Vec<Vec<f64>> = poses.iter().map(|u| strains(shell, |v| u[v])).collect();
+    let work = |shapes: usize| STRAIN * (shapes * shell.energy.n_elements()) as u64;
+    let mut candidates = threads::map(poses, work(poses.len()), |u| strains(shell, |v| u[v]));
     // No led shape counts more than one under a load: a handle that is led where the shell hardly gives stretches it as no other would.
     let most = candidates.iter().map(|strain| norm(strain)).fold(0.0, f64::max);
-    candidates.extend(led.iter().map(|u| {
+    candidates.extend(threads::map(led, work(led.len()), |u| {
         let strain = strains(shell, |v| u[v]);
         let share = (most / norm(&strain).max(f64::MIN_POSITIVE)).min(1.0);
         strain.into_iter().map(|s| s * share).collect()
     }));
     let rest = strains_at_rest(shell);
     let part = |sign: f64, u: &[Vec3]| part(shell, sign, u, rest.as_deref());
-    let own: Vec<Vec<f64>> = bent.iter().map(|u| part(1.0, u)).collect();
-    let mut derivatives = derivatives.iter();
-    let mut first: Vec<Vec<f64>> = bent.iter().chain(responses).map(|u| part(-1.0, u)).collect();
+    let own = threads::map(bent, work(2 * bent.len()), |u| part(1.0, u));
+    let linear: Vec<&Vec<Vec3>> = bent.iter().chain(responses).collect();
+    let mut first = threads::map(&linear, work(2 * linear.len()), |u| part(-1.0, u));
     let largest = first[..bent.len()].iter().map(|strain| norm(strain)).fold(0.0, f64::max);
     first.extend(rest.clone().filter(|rest| norm(rest) > STRAINED * largest));
     let first: Vec<Vec<f64>> = first.into_iter().map(unit).collect();
-    for i in 0..bent.len() {
-        for (j, derivative) in (i..bent.len()).zip(&mut derivatives) {
-            let sum: Vec<Vec3> = bent[i].iter().zip(&bent[j]).map(|(a, b)| a + b).collect();
-            // ½ ε″(u_i, u_j): for i = j the sum is 2u, whose half is four times it.
-            let mixed = part(1.0, &sum);
-            let followed = part(-1.0, derivative);
-            let strain = (0..mixed.len()).map(|e| 0.5 * (mixed[e] - own[i][e] - own[j][e]) + followed[e]).collect();
-            candidates.push(strain);
-        }
-    }
+    let pairs = (0..bent.len()).flat_map(|i| (i..bent.len()).map(move |j| (i, j)));
+    let pairs: Vec<((usize, usize), &Vec<Vec3>)> = pairs.zip(derivatives).collect();
+    candidates.extend(threads::map(&pairs, work(4 * pairs.len()), |&((i, j), derivative)| {
+        let sum: Vec<Vec3> = bent[i].iter().zip(&bent[j]).map(|(a, b)| a + b).collect();
+        // ½ ε″(u_i, u_j): for i = j the sum is 2u, whose half is four times it.
+        let mixed = part(1.0, &sum);
+        let followed = part(-1.0, derivative);
+        (0..mixed.len()).map(|e| 0.5 * (mixed[e] - own[i][e] - own[j][e]) + followed[e]).collect()
+    }));
     let rows = shell.energy.n_membrane();
     let columns = |list: &[Vec<f64>]| Mat::from_fn(rows, list.len(), |e, k| list[k][e]);
     let mut stresses = Mat::zeros(rows, 0);

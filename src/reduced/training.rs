@@ -4,6 +4,7 @@
 mod equilibria;
 mod handles;
 
+use super::basis::RestSolver;
 use super::polynomial::{Gate, PolynomialEnergy};
 use super::{Assumed, Elastic, LEAST_SHARE, Newton, Options, Potential, ReducedEnergy, Stop, basis, sampling, stress};
 use crate::modes::Modes;
@@ -162,20 +163,15 @@ impl TrainingLoads {
     }
 
     /// Takes in what handles do. They are led in the place of pulls at points.
-    pub(super) fn prepare_handles(&mut self, shell: &Shell, loose: basis::Loose) -> Result<()> {
-        self.handles.prepare(shell, loose, 6 * POINTS)?;
+    pub(super) fn prepare_handles(&mut self, shell: &Shell, rest: &RestSolver) -> Result<()> {
+        self.handles.prepare(shell, rest, 6 * POINTS)?;
         self.points.truncate(POINTS - self.handles.leads.len().div_ceil(6));
         Ok(())
     }
 
     /// ½ Θ_ij q_i q_j with q_i = a λ₁/λ_i.
-    pub(super) fn weighted_derivatives(
-        &self,
-        shell: &Shell,
-        modes: &Modes,
-        rigid: &[Vec<Vec3>],
-    ) -> Result<Vec<Vec<Vec3>>> {
-        let mut derivatives = basis::modal_derivatives(shell, &modes.shapes, (rigid, modes.eigenvalues[0]))?;
+    pub(super) fn weighted_derivatives(&self, modes: &Modes, rest: &RestSolver) -> Result<Vec<Vec<Vec3>>> {
+        let mut derivatives = basis::modal_derivatives(rest, &modes.shapes)?;
         let l = &modes.eigenvalues;
         let pairs = (0..l.len()).flat_map(|i| (i..l.len()).map(move |j| (i, j)));
         for (field, (i, j)) in derivatives.iter_mut().zip(pairs) {
@@ -190,18 +186,18 @@ impl TrainingLoads {
         &self,
         shell: &'a Shell,
         modes: &'a Modes,
-        (rigid, derivatives): (&'a [Vec<Vec3>], Vec<Vec<Vec3>>),
+        (rigid, rest): (&'a [Vec<Vec3>], &RestSolver),
     ) -> Result<BasisInputs<'a>> {
-        let loose = (rigid, modes.eigenvalues[0]);
+        let derivatives = self.weighted_derivatives(modes, rest)?;
         let answers = self.handles.answers.clone();
-        let mut responses = self.responses(shell, loose)?;
+        let mut responses = self.responses(shell, rest)?;
         responses.extend(answers.iter().cloned());
         Ok(BasisInputs { shell, modes, rigid, derivatives, responses, bent: self.bent(modes), answers })
     }
 
     /// The rest shape's displacements to first order under accelerations that are uniform, the first three, or linear in the place, as of
     /// any frame.
-    pub(super) fn responses(&self, shell: &Shell, loose: basis::Loose) -> Result<Vec<Vec<Vec3>>> {
+    pub(super) fn responses(&self, shell: &Shell, solver: &RestSolver) -> Result<Vec<Vec<Vec3>>> {
         let rest = &shell.mesh.positions;
         let centre = rest.iter().fold(Vec3::zeros(), |sum, x| sum + x) / rest.len() as f64;
         let mut accelerations = vec![];
@@ -211,7 +207,7 @@ impl TrainingLoads {
             accelerations.extend((0..3).map(|b| rest.iter().map(|x| axis * (x - centre)[b]).collect::<Vec<_>>()));
         }
         let mut right = basis::columns(shell, &accelerations);
-        basis::solve_rest(shell, &mut right, loose)?;
+        solver.solve(&mut right)?;
         Ok((0..right.ncols()).map(|k| basis::unscaled(shell, right.col(k))).collect())
     }
 

@@ -38,7 +38,8 @@ const OBLIQUE: Vec3 = Vec3::new(0.0, 0.6, -0.8);
 fn modal_derivatives_are_the_second_order_static_response() {
     let shell = Arc::new(reference("v_beam").0);
     let modes = modes_of(&shell, 3);
-    let derivatives = basis::modal_derivatives(&shell, &modes.shapes, (&[], 0.0)).unwrap();
+    let derivatives =
+        basis::modal_derivatives(&basis::RestSolver::new(&shell, (&[], 0.0)).unwrap(), &modes.shapes).unwrap();
     let mut solver = Solver::new(shell.clone()).unwrap();
     // u(s) = s φ + ½ s² Θ + O(s³) under s K φ: what is even in s.
     for (i, k) in [(0, 0), (1, 3), (2, 5)] {

@@ -17,7 +17,7 @@ use crate::reduced::sampling::Random;
 use crate::reduced::{Assumed, basis};
 use crate::{ErrorKind, Result, Shell, Vec3, threads};
 use faer::linalg::matmul::matmul;
-use faer::{Accum, Mat, Par};
+use faer::{Accum, Mat, MatMut, Par};
 use nalgebra::{Cholesky, DMatrix, DVector, SymmetricEigen};
 
 /// Residual fields where bending carries the loads, and where the membrane does; and corrections of bending.
@@ -203,23 +203,33 @@ impl Strains {
     fn fields(&self, assumed: &Assumed, gains: &Gains, residuals: usize) -> Result<Mat<f64>> {
         let stresses = &assumed.stresses;
         let mut fields = Mat::from_fn(self.elements.len(), stresses.nrows(), |e, k| stresses[(k, e)]);
-        let mut strains = Mat::<f64>::zeros(gains.shapes, self.elements.len());
-        for (e, element) in self.elements.iter().enumerate() {
-            for (pair, factor) in element {
-                strains.col_mut(e).iter_mut().zip(gains.of(*pair)).for_each(|(sum, y)| *sum += factor * y);
+        let mut left = Mat::<f64>::zeros(self.elements.len(), gains.shapes);
+        let work = MULTIPLICATION * (left.nrows() * left.ncols() * (2 * fields.ncols() + 40)) as f64;
+        threads::share_items(&mut basis::strips(&mut left, basis::STRIP), work as u64, |(first, left)| {
+            self.place(gains, *first, left.as_mut());
+            let held = fields.transpose() * &*left;
+            *left -= &fields * held;
+            for column in left.as_mut().col_iter_mut() {
+                let factor = column.norm_l2().max(f64::MIN_POSITIVE).sqrt().recip();
+                column.iter_mut().for_each(|x| *x *= factor);
             }
-        }
-        let mut left = strains.transpose().to_owned();
-        let held = fields.transpose() * &left;
-        left -= &fields * held;
-        for s in 0..left.ncols() {
-            let factor = left.col(s).norm_l2().max(f64::MIN_POSITIVE).sqrt().recip();
-            left.col_mut(s).iter_mut().for_each(|x| *x *= factor);
-        }
+        });
         if left.ncols() > 0 {
             basis::extend(&mut fields, left, residuals)?;
         }
         Ok(fields)
+    }
+
+    /// The strains at some of the shapes, from the `first` on (elements × shapes).
+    fn place(&self, gains: &Gains, first: usize, mut strains: MatMut<'_, f64>) {
+        let mut row = vec![0.0; strains.ncols()];
+        for (e, element) in self.elements.iter().enumerate() {
+            row.fill(0.0);
+            for (pair, factor) in element {
+                row.iter_mut().zip(&gains.of(*pair)[first..]).for_each(|(sum, y)| *sum += factor * y);
+            }
+            row.iter().enumerate().for_each(|(s, strain)| strains[(e, s)] = *strain);
+        }
     }
 
     /// The strains along fields, as sums over pairs (pairs × fields).

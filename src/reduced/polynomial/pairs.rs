@@ -4,7 +4,8 @@ use super::Form;
 use crate::energy::Mirror;
 use crate::reduced::basis::{MULTIPLICATION, add_lower};
 use crate::{Vec3, threads};
-use faer::{Mat, MatRef};
+use faer::linalg::matmul::matmul;
+use faer::{Accum, Mat, MatMut, MatRef, Par};
 use nalgebra::DMatrix;
 
 /// Pairs whose products are summed at once.
@@ -35,6 +36,21 @@ impl Rows {
         MatRef::from_row_major_slice(&self.numbers, self.numbers.len() / self.n.max(1), self.n)
     }
 
+    /// Where coordinates (shapes × fields) move: of one axis of a vertex after the other.
+    fn moved(&self, coordinates: &Mat<f64>) -> Vec<f64> {
+        let (rows, shapes) = (self.matrix(), coordinates.nrows());
+        let mut moved = vec![0.0; rows.nrows() * shapes];
+        let work = MULTIPLICATION * (moved.len() * self.n) as f64;
+        let chunks = moved.chunks_mut((CHUNK * shapes).max(1)).enumerate();
+        threads::share_items(&mut chunks.collect::<Vec<_>>(), work as u64, |(k, chunk)| {
+            let count = chunk.len() / shapes.max(1);
+            let some = rows.subrows(*k * CHUNK, count).transpose();
+            let out = MatMut::from_column_major_slice_mut(chunk, shapes, count);
+            matmul(out, Accum::Replace, coordinates, some, 1.0, Par::Seq);
+        });
+        moved
+    }
+
     /// The three rows at a vertex.
     pub fn at(&self, v: u32) -> &[f64] {
         &self.numbers[3 * v as usize * self.n..][..3 * self.n]
@@ -58,20 +74,23 @@ impl Gains {
     pub fn new(x: &[Vec3], pairs: &[[u32; 2]], rows: &Rows, shapes: &[Vec<f64>]) -> Self {
         let count = shapes.len();
         let coordinates = Mat::from_fn(count, rows.n, |s, k| shapes[s][k]);
-        let moved = coordinates * rows.matrix().transpose();
+        let moved = rows.moved(&coordinates);
+        let at = |v: usize, c: usize| &moved[(3 * v + c) * count..][..count];
         let mut numbers = vec![0.0; pairs.len() * count];
-        for (out, [a, b]) in
-            numbers.chunks_exact_mut(count.max(1)).zip(pairs.iter().map(|pair| pair.map(|v| v as usize)))
-        {
-            for c in 0..3 {
-                let twice = 2.0 * (x[b] - x[a])[c];
-                let [from, to] = [a, b].map(|v| moved.col(3 * v + c));
-                for (s, y) in out.iter_mut().enumerate() {
-                    let by = to[s] - from[s];
-                    *y += by * (twice + by);
+        let chunks = numbers.chunks_mut((CHUNK * count).max(1)).zip(pairs.chunks(CHUNK));
+        let work = 20.0 * MULTIPLICATION * (pairs.len() * count) as f64;
+        threads::share_items(&mut chunks.collect::<Vec<_>>(), work as u64, |(numbers, pairs)| {
+            let ends = pairs.iter().map(|pair| pair.map(|v| v as usize));
+            for (out, [a, b]) in numbers.chunks_exact_mut(count.max(1)).zip(ends) {
+                for c in 0..3 {
+                    let twice = 2.0 * (x[b] - x[a])[c];
+                    for ((y, to), from) in out.iter_mut().zip(at(b, c)).zip(at(a, c)) {
+                        let by = to - from;
+                        *y += by * (twice + by);
+                    }
                 }
             }
-        }
+        });
         Self { shapes: count, numbers }
     }
 

@@ -98,18 +98,24 @@ impl<'a> ActiveSet<'a> {
         let unit = if whole > 0.0 { 1.0 / whole } else { 0.0 };
         let r: Vec<f32> = residual.iter().map(|r| (r * unit) as f32).collect();
         let open = |j: usize| self.x[j] == 0.0 && !self.barred[j];
-        let pass = pass(r.len() * self.x.len() / 4);
-        let ranges = threads::map(&self.strips, pass, |strip| strip.gains(self.arch, (&r, whole), open)).concat();
+        let rough = pass(r.len() * self.x.len() / 4);
+        let ranges = threads::map(&self.strips, rough, |strip| strip.gains(self.arch, (&r, whole), open)).concat();
         // What is surely as good as the last of the best, and those that may be better.
         let mut sure: Vec<f64> = ranges.iter().flatten().map(|[low, _]| *low).collect();
-        sure.sort_by(|p, q| q.total_cmp(p));
-        let bar = sure.get(most.saturating_sub(1)).copied().unwrap_or(f64::NEG_INFINITY).max(least);
+        let last = most.saturating_sub(1);
+        let bar = match last < sure.len() {
+            true => *sure.select_nth_unstable_by(last, |p, q| q.total_cmp(p)).1,
+            false => f64::NEG_INFINITY,
+        };
+        let bar = bar.max(least);
         let residual = ColRef::from_slice(residual.as_slice());
-        let mut gains: Vec<(f64, usize)> = (0..ranges.len())
-            .filter(|&j| ranges[j].is_some_and(|[_, high]| high >= bar))
-            .map(|j| ((self.a.col(j).transpose() * residual) / self.norms[j], j))
-            .filter(|(gain, _)| *gain > least)
-            .collect();
+        let better: Vec<usize> =
+            (0..ranges.len()).filter(|&j| ranges[j].is_some_and(|[_, high]| high >= bar)).collect();
+        let few: Vec<&[usize]> = better.chunks(FEW).collect();
+        let gain = |j: &usize| ((self.a.col(*j).transpose() * residual) / self.norms[*j], *j);
+        let work = pass(self.a.nrows() * better.len());
+        let mut gains = threads::map(&few, work, |few| few.iter().map(gain).collect::<Vec<_>>()).concat();
+        gains.retain(|(gain, _)| *gain > least);
         gains.sort_by(|p, q| q.0.total_cmp(&p.0).then(p.1.cmp(&q.1)));
         gains.into_iter().take(most).map(|(_, j)| j).collect()
     }

@@ -4,7 +4,7 @@
 //! A pull of a known force says little of where a handle can go: it moves a flap far, and the middle of a tube hardly. So a lead is a
 //! displacement, by the handle's compliance: far along the direction in which it gives most, less across, and turns in place.
 
-use super::basis;
+use super::basis::{self, RestSolver};
 use crate::constraint::{Constraint, Target};
 use crate::{Error, Result, Shell, Vec3};
 use nalgebra::{Matrix3, UnitQuaternion};
@@ -59,7 +59,7 @@ impl Handles {
     }
 
     /// Finds the answers, and at most so many leads.
-    pub(super) fn prepare(&mut self, shell: &Shell, loose: basis::Loose, most: usize) -> Result<()> {
+    pub(super) fn prepare(&mut self, shell: &Shell, rest: &RestSolver, most: usize) -> Result<()> {
         if self.vertices.is_empty() {
             return Ok(());
         }
@@ -69,12 +69,12 @@ impl Handles {
             out
         };
         let mut right = basis::columns(shell, &self.forces(shell).into_iter().map(accelerations).collect::<Vec<_>>());
-        basis::solve_rest(shell, &mut right, loose)?;
+        rest.solve(&mut right)?;
         let unit = |k: usize| right.col(k) * faer::Scale(1.0 / right.col(k).norm_l2().max(f64::MIN_POSITIVE));
         self.answers = (0..right.ncols()).map(|k| basis::unscaled(shell, unit(k).as_ref())).collect();
         // A fold that stays is held by what far points pull: a card folded to a radian rested 31 % off with leads, 15 without. Of a shell that floats
         // leads take four times the search, and nothing tells that they help.
-        let suits = shell.energy.yielding().is_none() && loose.0.is_empty();
+        let suits = shell.energy.yielding().is_none() && !rest.is_loose();
         if self.fields >= LEAST_FIELDS && suits {
             let column = |k: usize, v: usize| basis::unscaled(shell, right.col(k))[v];
             let compliance = |(i, &v): (usize, &usize)| Matrix3::from_columns(&[0, 1, 2].map(|a| column(3 * i + a, v)));
