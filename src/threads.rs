@@ -6,6 +6,7 @@
 //! that are done, each with as many.
 
 mod items;
+pub mod ledger;
 mod tasks;
 
 pub use items::{map, parts, share_items};
@@ -295,6 +296,17 @@ pub fn for_each_long<T: Send, W>(
     watch: &mut dyn FnMut(usize) -> Result<()>,
 ) -> Result<()> {
     let (n_items, outcome) = (items.len(), Outcome::default());
+    if ledger::is_open() {
+        let mut own = make()?;
+        let (mut done, mut worked) = (0, Ok(()));
+        ledger::each(items, |item| {
+            if worked.is_ok() {
+                worked = body(&mut own, item, &mut || watch(done));
+                done += 1;
+            }
+        });
+        return worked;
+    }
     let queue = Mutex::new(items.iter_mut());
     let next = || queue.lock().unwrap_or_else(PoisonError::into_inner).next();
     let work = |go_on: GoOn| -> Result<()> {
@@ -372,7 +384,7 @@ pub fn for_each<T: Send>(items: &mut [T], nanoseconds: impl Fn(&T) -> u64 + Send
 /// How many threads would share work of so many nanoseconds now, the caller included.
 pub fn sharers(nanoseconds: u64) -> usize {
     let pays = usize::try_from(nanoseconds / WORTHWHILE).unwrap_or(usize::MAX);
-    if pays < 2 { 1 } else { idle().min(pays).max(1) }
+    if pays < 2 || ledger::is_open() { 1 } else { idle().min(pays).max(1) }
 }
 
 /// Calls `body` on this thread and on as many others as pays for work of so many nanoseconds, at once, and returns when all have. Each is told how many

@@ -1,10 +1,13 @@
 //! Work on the items of a list, on as many threads as pays.
 
-use super::share;
+use super::{ledger, share};
 use std::sync::{Mutex, PoisonError};
 
 /// Calls `body` once on every item, on as many threads as pays for work of so many nanoseconds in all.
 pub fn share_items<T: Send>(items: &mut [T], nanoseconds: u64, body: impl Fn(&mut T) + Sync) {
+    if ledger::each(items, &body) {
+        return;
+    }
     let queue = Mutex::new(items.iter_mut());
     share(nanoseconds, |_| {
         loop {

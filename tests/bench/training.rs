@@ -1,9 +1,10 @@
 //! What the training of a reduced shell costs beside the modes, over the number of vertices up to the dinosaur's 13,117, and what it
 //! gains under a gravity that no field was trained on.
 //!
-//! usage: training [--costs] [--docs FILE] [VERTICES ...]
+//! usage: training [--costs | --shares] [--docs FILE] [VERTICES ...]
 //!
-//! With --costs, what parts of the training take, and no errors; of a leaf of about 1,000 vertices, too.
+//! With --costs, what parts of the training take, and no errors; of a leaf of about 1,000 vertices, too. With --shares, by one thread, and what of it
+//! several share: an estimate of what sixteen take.
 #![allow(missing_docs)]
 
 #[path = "../common/mod.rs"]
@@ -15,6 +16,7 @@ use shellwarp::model::{Model, Options};
 use shellwarp::modes::Phase;
 use shellwarp::state::{Method, State};
 use shellwarp::step::Integrator;
+use shellwarp::threads::ledger;
 use shellwarp::{Material, Shell, Supports, Vec3, reduced};
 use std::sync::Arc;
 use std::time::Instant;
@@ -33,20 +35,32 @@ fn dinosaur() -> Shell {
 #[derive(Default)]
 struct Seconds([f64; 5]);
 
-/// The model, and where the time went by the shares of work that the precompute reports.
-fn precompute(shell: &Arc<Shell>, poses: usize) -> (Arc<Model>, Seconds) {
+/// The model; `spent` is told each time of which part the work has been.
+fn precompute_told(shell: &Arc<Shell>, poses: usize, spent: &mut dyn FnMut(usize)) -> Arc<Model> {
     let reduced = reduced::Options { fields: FIELDS, poses, ..Default::default() };
     let options = Options { modes: 8, reduced, ..Options::default() };
-    let (mut seconds, mut last, mut part) = (Seconds::default(), Instant::now(), 0);
+    let mut part = 0;
     let model = Model::precompute(shell.clone(), &options, &mut |phase, share| {
-        seconds.0[part] += last.elapsed().as_secs_f64();
-        last = Instant::now();
         let ends = [0.0, 0.1, 0.5, 0.7];
-        part = if phase == Phase::Training { 1 + ends[1..].iter().filter(|end| share >= **end).count() } else { 0 };
+        let next = if phase == Phase::Training { 1 + ends[1..].iter().filter(|end| share >= **end).count() } else { 0 };
+        if next != part {
+            spent(part);
+            part = next;
+        }
         Ok(())
     });
-    seconds.0[part] += last.elapsed().as_secs_f64();
-    (Arc::new(model.unwrap()), seconds)
+    spent(part);
+    Arc::new(model.unwrap())
+}
+
+/// The model, and where the time went by the shares of work that the precompute reports.
+fn precompute(shell: &Arc<Shell>, poses: usize) -> (Arc<Model>, Seconds) {
+    let (mut seconds, mut last) = (Seconds::default(), Instant::now());
+    let model = precompute_told(shell, poses, &mut |part| {
+        seconds.0[part] += last.elapsed().as_secs_f64();
+        last = Instant::now();
+    });
+    (model, seconds)
 }
 
 /// At rest under `gravity`, if it gets there.
@@ -78,16 +92,53 @@ fn percent(error: Option<f64>) -> String {
     error.map_or("none found".to_owned(), |error| format!("{:.2} %", 100.0 * error))
 }
 
+/// A number that two models share if all their bits do (FNV-1a of what is saved).
+fn bits(model: &Model) -> u64 {
+    let next = |hash: u64, byte: &u8| (hash ^ u64::from(*byte)).wrapping_mul(0x100_0000_01b3);
+    model.save().unwrap().iter().fold(0xcbf2_9ce4_8422_2325, next)
+}
+
 /// Prints the seconds of derivatives, equilibria, fields, samples with the polynomial, and of all of them.
 fn print_costs(shells: &[(&str, Arc<Shell>)]) {
     println!(
-        "| shell | vertices | derivatives | equilibria | fields | samples, polynomial | all |\n|---|---|---|---|---|---|---|"
+        "| shell | vertices | derivatives | equilibria | fields | samples, polynomial | all | bits |\n|---|---|---|---|---|---|---|---|"
     );
     for (name, shell) in shells {
-        let [_, parts @ ..] = precompute(shell, reduced::default_poses(shell.mass.len())).1.0;
+        let (model, Seconds([_, parts @ ..])) = precompute(shell, reduced::default_poses(shell.mass.len()));
         let all: f64 = parts.iter().sum();
         let cells: String = parts.iter().chain([&all]).map(|seconds| format!(" {seconds:.2} s |")).collect();
-        println!("| {name} | {} |{cells}", shell.mass.len());
+        println!("| {name} | {} |{cells} {:016x} |", shell.mass.len(), bits(&model));
+    }
+}
+
+/// Threads that are estimated for.
+const THREADS: usize = 16;
+
+/// Prints the seconds of each part by one thread, what of it can be shared, and the least by [`THREADS`] threads: what is not shared, and of each list of
+/// items an equal part, or its longest item.
+fn print_shares(shells: &[(&str, Arc<Shell>)]) {
+    println!(
+        "| shell | vertices | part | seconds | shared by several | by {THREADS} threads, at least |\n|---|---|---|---|---|---|"
+    );
+    for (name, shell) in shells {
+        let mut parts = [[0.0; 3]; 5];
+        let (mut since, mut before) = (Instant::now(), ledger::Shared::default());
+        ledger::open(THREADS);
+        let _ = precompute_told(shell, reduced::default_poses(shell.mass.len()), &mut |part| {
+            let (seconds, now) = (since.elapsed().as_secs_f64(), ledger::read());
+            let shared = now.seconds - before.seconds;
+            let spent = [seconds, shared, seconds - shared + now.least - before.least];
+            parts[part].iter_mut().zip(spent).for_each(|(sum, x)| *sum += x);
+            (since, before) = (Instant::now(), now);
+        });
+        ledger::close();
+        let all = (0..3).map(|k| parts[1..].iter().map(|part| part[k]).sum::<f64>());
+        let all = all.collect::<Vec<_>>();
+        let names = ["derivatives", "equilibria", "fields", "samples, polynomial", "all"];
+        for (part, spent) in names.iter().zip(parts[1..].iter().map(|part| &part[..]).chain([&all[..]])) {
+            let cells: String = spent.iter().map(|seconds| format!(" {seconds:.2} s |")).collect();
+            println!("| {name} | {} | {part} |{cells}", shell.mass.len());
+        }
     }
 }
 
@@ -104,14 +155,18 @@ fn main() {
     let oblique = Vec3::new(0.35, -0.6, -0.72).normalize();
     let mut shells: Vec<(&str, Arc<Shell>)> = [1, 2, 3, 4].map(|fine| ("leaf", Arc::new(leaf(fine)))).to_vec();
     shells.push(("dinosaur", Arc::new(dinosaur())));
-    let costs_only = arguments.iter().any(|a| a == "--costs");
-    if costs_only {
+    let asked = |option: &str| arguments.iter().any(|a| a == option);
+    let (costs_only, shares_only) = (asked("--costs"), asked("--shares"));
+    if costs_only || shares_only {
         shells.insert(1, ("leaf", Arc::new(leaf_of(44, 21))));
     }
     let only: Vec<usize> = arguments.iter().filter_map(|a| a.parse().ok()).collect();
     shells.retain(|(_, shell)| only.is_empty() || only.contains(&shell.mass.len()));
     if costs_only {
         return print_costs(&shells);
+    }
+    if shares_only {
+        return print_shares(&shells);
     }
     for (name, shell) in &shells {
         let poses = reduced::default_poses(shell.mass.len());
