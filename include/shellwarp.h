@@ -698,12 +698,13 @@ typedef struct SwPrecomputeDesc {
   // their number; 0 = as many as leave out 1 % of the elastic forces, but at most 16 for each mode
   // and field.
   uint32_t reduced_elements;
-  // Equilibria of the full shell that its fields are trained on, of gravity, pressure, handles that
-  // are known and pulls at points in turn; at most 52 are used. Each takes as long as a static
-  // solution of SW_METHOD_SHELL_IMPLICIT, but of a load that buckles the shell only the part that
-  // was balanced after a few hundred iterations is used, from 8,000 vertices on after a hundred.
-  // The fields are saved with the model. 0 = all 52 up to 4,000 vertices, fewer on larger meshes,
-  // as 208,000 over their number.
+  // Equilibria of the full shell that its fields are trained on: under gravity along the axes,
+  // pressure, by handles that are known, under weak pulls at points, gravity along the diagonals
+  // between the axes and strong pulls; then by half of each but the weak pulls. At most 62 are
+  // used, or 68 where handles are known. Each takes as long as a static solution of
+  // SW_METHOD_SHELL_IMPLICIT, but of a load that buckles the shell only the part that was balanced
+  // after a few hundred iterations is used, from 8,000 vertices on after a hundred. The fields are
+  // saved with the model. 0 = as many as 208,000 over the number of vertices, at most 62.
   uint32_t reduced_poses;
   // Bitwise or of SW_REDUCED_...
   uint32_t reduced_flags;

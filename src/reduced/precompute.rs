@@ -50,7 +50,7 @@ impl ReducedShell {
         let mut loads = TrainingLoads::new(shell, modes, (options, handles), free)?;
         let rigid = &all.shapes[..all.zero_modes];
         let rest = RestSolver::new(shell, (rigid, modes.eigenvalues[0]))?;
-        loads.prepare_handles(shell, &rest)?;
+        loads.prepare(shell, &rest)?;
         let inputs = loads.inputs(shell, modes, (rigid, &rest))?;
         drop(rest);
         let limits = (options.poses, time, options.iterations);

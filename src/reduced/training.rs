@@ -14,17 +14,19 @@ use crate::{Error, ErrorKind, Result, Shell, Vec3};
 pub(super) use equilibria::TrainingPose;
 use faer::Mat;
 use handles::{Handles, Lead};
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, Matrix3};
 use std::borrow::Cow;
 
-/// Training loads that there are: `TrainingLoads::loads`.
-pub const MAX_POSES: usize = 2 * (DISTRIBUTED + 6 * POINTS);
+/// Training loads that there are, at most: those of `TrainingLoads::listed` where handles are led, at full and at half strength.
+pub const MAX_POSES: usize = 2 * (8 + MOST_LEADS + 8);
 /// A training's size, vertices times equilibria, unless asked otherwise.
 const TRAINED: usize = 208_000;
+/// The most where none is told: all there are where no handle is led.
+const POSES: usize = 62;
 
-/// Equilibria to train on unless told how many: all up to 4,000 vertices, fewer on larger meshes, so that the cost grows little.
+/// Equilibria to train on unless told how many, fewer on larger meshes, so that the cost grows little.
 pub fn default_poses(n_vertices: usize) -> usize {
-    (TRAINED / n_vertices.max(1)).min(MAX_POSES)
+    (TRAINED / n_vertices.max(1)).min(POSES)
 }
 
 /// Of a training that nobody asked for, iterations times vertices to the power 1.5, as which a sparse factorization grows: half a minute on a
@@ -95,25 +97,57 @@ impl BasisInputs<'_> {
     }
 }
 
+/// What acts on the shell.
+#[derive(Clone, Copy)]
+enum Load {
+    /// The weight along a direction.
+    Gravity(Vec3),
+    /// On the sides that this times the normals points to, as strong as gravity.
+    Pressure(f64),
+    /// Nothing but a handle, of a number.
+    Lead(usize),
+    /// A weak force at a vertex, whose half tells no more.
+    Touch(usize, Vec3),
+    /// One that bends the shell far.
+    Pull(usize, Vec3),
+}
+
+impl Load {
+    fn is_distributed(&self) -> bool {
+        matches!(self, Self::Gravity(_) | Self::Pressure(_))
+    }
+}
+
 /// The loads that fields and samples are chosen for.
 pub(super) struct TrainingLoads {
-    /// Strength of gravity.
+    /// Strength of gravity, and how many times that which bends the shell by [`BEND`].
     pub(super) gravity: f64,
+    strength: f64,
     /// Amplitude of the first mode that bends the shell by a quarter of its size.
     amplitude: f64,
     /// Far from the supports and each other.
     points: Vec<usize>,
+    /// All at full strength, and the numbers of those that are taken at half strength, too.
+    list: Vec<Load>,
+    halved: Vec<usize>,
+    /// To accelerations of frames: see [`Self::prepare`].
+    responses: Vec<Vec<Vec3>>,
     /// The handles that will hold it.
     handles: Handles,
     /// What moves freely at rest; then the part of a load that would set it in motion is left out.
     free: Option<FreeMotions>,
 }
 
-/// Share of the weight that pulls at a point.
+/// What directions are made of.
+const AXES: [Vec3; 3] = [Vec3::new(1.0, 0.0, 0.0), Vec3::new(0.0, 1.0, 0.0), Vec3::new(0.0, 0.0, 1.0)];
+/// Share of the weight that pulls at a point along the axes.
 const PULL: f64 = 0.05;
 const POINTS: usize = 3;
-/// Loads on all of the shell, before those at points.
-const DISTRIBUTED: usize = 8;
+/// What handles lead to, at most, and how many of these stand for a point.
+const MOST_LEADS: usize = 18;
+const LEADS: usize = MOST_LEADS / POINTS;
+/// Loads whose shapes samples are chosen for, the first of the list.
+const SAMPLED: usize = 26;
 /// Elements that the poses are found with, at most.
 const POSE_ELEMENTS: usize = 6000;
 /// When a search for them ends; and one from the shape that is to be found.
@@ -159,14 +193,60 @@ impl TrainingLoads {
             );
             return Err(Error::new(ErrorKind::Numerical, message));
         }
-        Ok(Self { gravity, amplitude, points, handles, free })
+        let strength = gravity / bending;
+        let (list, halved, responses) = (vec![], vec![], vec![]);
+        Ok(Self { gravity, strength, amplitude, points, list, halved, responses, handles, free })
     }
 
-    /// Takes in what handles do. They are led in the place of pulls at points.
-    pub(super) fn prepare_handles(&mut self, shell: &Shell, rest: &RestSolver) -> Result<()> {
-        self.handles.prepare(shell, rest, 6 * POINTS)?;
-        self.points.truncate(POINTS - self.handles.leads.len().div_ceil(6));
+    /// Finds what handles do, the loads, and the rest shape's displacements to first order under accelerations that are uniform, the first
+    /// three, or linear in the place, as of any frame.
+    pub(super) fn prepare(&mut self, shell: &Shell, solver: &RestSolver) -> Result<()> {
+        self.handles.prepare(shell, solver, MOST_LEADS)?;
+        self.points.truncate(POINTS - self.handles.leads.len().div_ceil(LEADS));
+        let rest = &shell.mesh.positions;
+        let centre = rest.iter().fold(Vec3::zeros(), |sum, x| sum + x) / rest.len() as f64;
+        let mut accelerations = vec![];
+        accelerations.extend(AXES.map(|axis| vec![axis; rest.len()]));
+        for axis in AXES {
+            accelerations.extend((0..3).map(|b| rest.iter().map(|x| axis * (x - centre)[b]).collect::<Vec<_>>()));
+        }
+        let of_frames = accelerations.len();
+        // Of a shell that moves freely, a pull at a point says little of how far this can go.
+        let pulled = if solver.is_loose() { &[] } else { &self.points[..] };
+        for &point in pulled {
+            accelerations.extend(AXES.map(|axis| handles::acceleration(shell, [(point, axis)])));
+        }
+        let mut right = basis::columns(shell, &accelerations);
+        solver.solve(&mut right)?;
+        let mut responses: Vec<Vec<Vec3>> = (0..right.ncols()).map(|k| basis::unscaled(shell, right.col(k))).collect();
+        let far = pulled.iter().zip(responses[of_frames..].chunks_exact(3)).map(|(&point, answers)| {
+            let compliance = Matrix3::from_fn(|i, j| answers[j][point][i]);
+            let (way, most) = handles::by_compliance(&compliance)[0];
+            (point, way * (self.strength * BEND * shell.mesh.size / most.max(f64::MIN_POSITIVE)))
+        });
+        self.list = self.listed(shell, &far.collect::<Vec<_>>());
+        self.halved = (0..self.list.len()).filter(|k| !matches!(self.list[*k], Load::Touch(..))).collect();
+        responses.truncate(of_frames);
+        self.responses = responses;
         Ok(())
+    }
+
+    /// Gravity along ± the axes, pressure, what handles lead to in the place of pulls at as many points, weak pulls along ± the axes, gravity along the
+    /// diagonals between the axes, and pulls to and fro where the points give most, that would bend the shell by [`BEND`] to first order.
+    fn listed(&self, shell: &Shell, far: &[(usize, Vec3)]) -> Vec<Load> {
+        let weight = shell.free.iter().map(|&v| shell.mass[v as usize]).sum::<f64>() * self.gravity;
+        let axes = AXES.into_iter().flat_map(|axis| [axis, -axis]);
+        let sign = |k: usize, axis: usize| if k >> axis & 1 == 0 { 1.0 } else { -1.0 };
+        let diagonals = (0..8).map(|k| Vec3::from_fn(|axis, _| sign(k, axis)).normalize());
+        let mut list: Vec<Load> = axes.clone().map(Load::Gravity).collect();
+        list.extend([1.0, -1.0].map(Load::Pressure));
+        list.extend((0..self.handles.leads.len()).map(Load::Lead));
+        for &point in &self.points {
+            list.extend(axes.clone().map(|axis| Load::Touch(point, PULL * weight * axis)));
+        }
+        list.extend(diagonals.map(Load::Gravity));
+        list.extend(far.iter().flat_map(|(point, force)| [1.0, -1.0].map(|sign| Load::Pull(*point, sign * force))));
+        list
     }
 
     /// ½ Θ_ij q_i q_j with q_i = a λ₁/λ_i.
@@ -190,25 +270,8 @@ impl TrainingLoads {
     ) -> Result<BasisInputs<'a>> {
         let derivatives = self.weighted_derivatives(modes, rest)?;
         let answers = self.handles.answers.clone();
-        let mut responses = self.responses(shell, rest)?;
-        responses.extend(answers.iter().cloned());
+        let responses = self.responses.iter().chain(&answers).cloned().collect();
         Ok(BasisInputs { shell, modes, rigid, derivatives, responses, bent: self.bent(modes), answers })
-    }
-
-    /// The rest shape's displacements to first order under accelerations that are uniform, the first three, or linear in the place, as of
-    /// any frame.
-    pub(super) fn responses(&self, shell: &Shell, solver: &RestSolver) -> Result<Vec<Vec<Vec3>>> {
-        let rest = &shell.mesh.positions;
-        let centre = rest.iter().fold(Vec3::zeros(), |sum, x| sum + x) / rest.len() as f64;
-        let mut accelerations = vec![];
-        let axes = [0, 1, 2].map(|axis| Vec3::ith(axis, 1.0));
-        accelerations.extend(axes.map(|axis| vec![axis; rest.len()]));
-        for axis in axes {
-            accelerations.extend((0..3).map(|b| rest.iter().map(|x| axis * (x - centre)[b]).collect::<Vec<_>>()));
-        }
-        let mut right = basis::columns(shell, &accelerations);
-        solver.solve(&mut right)?;
-        Ok((0..right.ncols()).map(|k| basis::unscaled(shell, right.col(k))).collect())
     }
 
     /// The modes at the amplitudes q_i.
@@ -237,44 +300,49 @@ impl TrainingLoads {
         shapes
     }
 
-    /// Loads, the most telling first: gravity along ± the axes, pressure, none where a handle is led ([`Self::lead`]), pulls at points; all at full
-    /// and at half strength. Of a shell that floats, gravity is borne by the handles, or by the points.
+    /// The forces of the list at full strength, and of those that are taken at half of it. Of a shell that floats, gravity is borne by the handles,
+    /// or by the points.
     pub(super) fn loads(&self, shell: &Shell) -> Vec<Vec<Vec3>> {
-        let axes: Vec<Vec3> =
-            (0..6).map(|k| if k % 2 == 0 { Vec3::ith(k / 2, 1.0) } else { Vec3::ith(k / 2, -1.0) }).collect();
         let normals = shell.mesh.normals(&shell.mesh.positions);
         let total: f64 = shell.free.iter().map(|&v| shell.mass[v as usize]).sum::<f64>() * self.gravity;
-        let mut loads = vec![];
-        for strength in [1.0, 0.5] {
+        let floats = self.free.as_ref().is_some_and(|free| free.count() == 6);
+        let bearers = if self.handles.vertices.is_empty() { &self.points } else { &self.handles.vertices };
+        let forces = |load: &Load, strength: f64| {
             let g = strength * self.gravity;
-            loads.extend(axes.iter().map(|axis| shell.mass.iter().map(|m| *m * g * axis).collect::<Vec<_>>()));
-            if self.free.as_ref().is_some_and(|free| free.count() == 6) {
-                let told = &self.handles.vertices;
-                let bearers = if told.is_empty() { &self.points } else { told };
-                let borne = strength * total / bearers.len() as f64;
-                let first = loads.len() - axes.len();
-                for (load, axis) in loads[first..].iter_mut().zip(&axes) {
-                    bearers.iter().for_each(|v| load[*v] -= borne * axis);
+            let mut force = vec![Vec3::zeros(); shell.mass.len()];
+            match *load {
+                Load::Gravity(direction) => {
+                    force.iter_mut().zip(&shell.mass).for_each(|(f, m)| *f = *m * g * direction);
+                    if floats {
+                        let borne = strength * total / bearers.len() as f64;
+                        bearers.iter().for_each(|v| force[*v] -= borne * direction);
+                    }
                 }
+                Load::Pressure(sign) => {
+                    let weights = normals.iter().zip(&shell.mass).map(|(n, m)| n * (sign * g * m));
+                    force.iter_mut().zip(weights).for_each(|(f, weight)| *f = weight);
+                }
+                Load::Lead(_) => {}
+                Load::Touch(point, pull) | Load::Pull(point, pull) => force[point] = pull * strength,
             }
-            for sign in [1.0, -1.0] {
-                loads.push(normals.iter().zip(&shell.mass).map(|(n, m)| n * (sign * g * m)).collect());
-            }
-            loads.extend(self.handles.leads.iter().map(|_| vec![Vec3::zeros(); shell.mass.len()]));
-            for &point in &self.points {
-                loads.extend(axes.iter().map(|axis| {
-                    let mut load = vec![Vec3::zeros(); shell.mass.len()];
-                    load[point] = axis * (PULL * strength * total);
-                    load
-                }));
-            }
-        }
-        loads
+            force
+        };
+        let halves = self.halved.iter().map(|k| forces(&self.list[*k], 0.5));
+        self.list.iter().map(|load| forces(load, 1.0)).chain(halves).collect()
     }
 
-    /// What a handle does in the place of one of so many loads.
-    fn lead(&self, load: usize, loads: usize) -> Option<&Lead> {
-        (load % (loads / 2)).checked_sub(DISTRIBUTED).and_then(|k| self.handles.leads.get(k))
+    /// What is behind the number of one of [`Self::loads`].
+    fn load(&self, number: usize) -> &Load {
+        let of_half = number.checked_sub(self.list.len()).map(|k| self.halved[k]);
+        &self.list[of_half.unwrap_or(number)]
+    }
+
+    /// What a handle does there.
+    fn lead(&self, number: usize) -> Option<&Lead> {
+        match *self.load(number) {
+            Load::Lead(k) => self.handles.leads.get(k),
+            _ => None,
+        }
     }
 
     /// α, of [`MEMBRANE_SHARES`]: that with which fields and stress fields of pulls alone come nearest to the equilibria under gravity and
@@ -289,10 +357,9 @@ impl TrainingLoads {
         watch: &mut dyn FnMut(f64) -> Result<()>,
     ) -> Result<f64> {
         let (shell, loads) = (inputs.shell, self.loads(inputs.shell));
-        let full_strength = loads.len() / 2;
         let (mut tried, of): (Vec<&TrainingPose>, Vec<&TrainingPose>) =
-            trained.iter().partition(|pose| pose.load % full_strength < DISTRIBUTED);
-        let is_whole = |pose: &TrainingPose| pose.whole && pose.load < full_strength;
+            trained.iter().partition(|pose| self.load(pose.load).is_distributed());
+        let is_whole = |pose: &TrainingPose| pose.whole && pose.load < self.list.len();
         if tried.iter().filter(|pose| is_whole(pose)).count() >= LEAST_TRIED {
             tried.retain(|pose| is_whole(pose));
         }
@@ -379,13 +446,13 @@ impl TrainingLoads {
     ) -> Result<Vec<Vec<f64>>> {
         let all = &thinned(shell, columns, assumed);
         let loads = self.loads(shell);
-        let full_strength: Vec<usize> = (0..loads.len() / 2).collect();
+        let full_strength: Vec<usize> = (0..self.list.len().min(SAMPLED)).collect();
         let poses = each(
             &full_strength,
             watch,
             || Newton::new(all),
             |newton, k| {
-                if self.lead(*k, loads.len()).is_some() {
+                if self.lead(*k).is_some() {
                     let led = trained.iter().filter(|pose| pose.load == *k);
                     return led.map(|pose| projected(shell, columns, &pose.displacement)).collect();
                 }

@@ -311,7 +311,7 @@ const JUDGED_FIELDS: [usize; 3] = [20, 40, 100];
 
 /// One shell of the judging list, added to the verdict on all.
 fn judged(scene: &Scene, fields: usize, all: &mut Verdict, reach: &mut Reach) -> [String; 2] {
-    let contenders = contenders(scene, &format!("{fields},0,52"));
+    let contenders = contenders(scene, &format!("{fields},0,62"));
     let model = &contenders[0].model;
     let method = model.chosen_method();
     let (mut own, mut reached) = (Verdict::default(), Reach::default());
@@ -396,7 +396,7 @@ fn main() {
             cases.len(),
             start.elapsed().as_secs_f64()
         );
-        contest(&scene, &cases, value("--reduced").map_or("40,0,52 100,0,52", |s| s), &mut table);
+        contest(&scene, &cases, value("--reduced").map_or("20,0,62 40,0,62 100,0,62", |s| s), &mut table);
     }
     if let Some(file) = value("--docs") {
         docs::put_section(file, "front", &table).unwrap();

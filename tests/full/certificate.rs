@@ -411,7 +411,8 @@ fn a_state_that_a_handle_leads_and_the_warp_are_set_against_the_equilibrium_that
     let scene = crate::scenes::all().into_iter().find(|scene| scene.key == "cylinder").unwrap();
     let load = scene.loads(List::Fresh).into_iter().find(|load| load.name == "handle 5").unwrap();
     let Action::Handle(v, direction) = load.action else { panic!("a handle") };
-    let reduced = reduced::Options { fields: 40, poses: reduced::MAX_POSES, ..Default::default() };
+    // Trained on few equilibria: with all of them it is nearer than the warp.
+    let reduced = reduced::Options { fields: 24, poses: 26, ..Default::default() };
     let options = Options { modes: 8, reduced, ..Options::default() };
     let model = Arc::new(Model::precompute(scene.shell.clone(), &options, &mut |_, _| Ok(())).unwrap());
     let led = |method: Method| {

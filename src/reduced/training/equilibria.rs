@@ -4,7 +4,7 @@
 //! only what the bend makes of a load, and the search is that of a held shell. Where handles will hold it, they do so under gravity and
 //! pressure. The shape found is then turned to nearest to rest.
 
-use super::{DISTRIBUTED, TrainingLoads, added};
+use super::{TrainingLoads, added};
 use crate::clock::Instant;
 use crate::reference::{EquilibriumOptions, FreeMotions, Held, Solver};
 use crate::threads::{GoOn, for_each_long};
@@ -82,7 +82,7 @@ impl TrainingLoads {
         }
         let pinned = self.pinned(shell)?;
         let wanted = count.min(loads.len());
-        let mut chains: Vec<Chain> = (0..wanted.min(loads.len() / 2))
+        let mut chains: Vec<Chain> = (0..wanted.min(self.list.len()))
             .map(|first| Chain { first, found: vec![], ends: vec![], taken: 0 })
             .collect();
         let search = Search {
@@ -106,8 +106,8 @@ impl TrainingLoads {
                 if search.all.load(Ordering::SeqCst) >= left {
                     return Ok(());
                 }
-                let led = self.lead(chain.first, search.loads.len()).is_some();
-                let kind = if led { 2 } else { usize::from(chain.first >= DISTRIBUTED) };
+                let led = self.lead(chain.first).is_some();
+                let kind = if led { 2 } else { usize::from(!self.load(chain.first).is_distributed()) };
                 let solver = match &mut solvers[kind] {
                     Some(solver) => solver,
                     none => none.insert(Solver::new(search.pinned.get(kind).unwrap_or(shell).clone())?),
@@ -150,18 +150,19 @@ impl Search<'_> {
     fn follow(&self, solver: &mut Solver, chain: &mut Chain, go_on: GoOn) -> Result<()> {
         let size = self.shell.mesh.size;
         let mut pose = vec![Vec3::zeros(); self.shell.mass.len()];
-        let half = chain.first + self.loads.len() / 2;
+        let half = self.of.halved.iter().position(|k| *k == chain.first).map(|k| self.of.list.len() + k);
+        let half = half.filter(|half| *half < self.wanted);
         let max_iterations = (ITERATED / pose.len()).clamp(LEAST_ITERATIONS, TRAINING.max_iterations);
-        let first_increment = if half < self.wanted { 0.5 } else { 0.25 };
+        let first_increment = if half.is_some() { 0.5 } else { 0.25 };
         let options = EquilibriumOptions { first_increment, max_iterations, ..TRAINING };
-        for load in [half, chain.first].into_iter().filter(|load| *load < self.wanted) {
+        for load in half.into_iter().chain([chain.first]) {
             go_on()?;
             if self.in_time(chain.taken).is_err() {
                 break;
             }
-            let lead = self.of.lead(load, self.loads.len());
+            let lead = self.of.lead(load);
             if let Some(lead) = lead {
-                let share = if load == half { 0.5 } else { 1.0 };
+                let share = if half == Some(load) { 0.5 } else { 1.0 };
                 solver.set_constraints(Matrix3::identity(), self.of.handles.led(self.shell, lead, share), &pose)?;
             }
             let taken = &mut chain.taken;

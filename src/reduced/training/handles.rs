@@ -4,6 +4,7 @@
 //! A pull of a known force says little of where a handle can go: it moves a flap far, and the middle of a tube hardly. So a lead is a
 //! displacement, by the handle's compliance: far along the direction in which it gives most, less across, and turns in place.
 
+use super::AXES;
 use super::basis::{self, RestSolver};
 use crate::constraint::{Constraint, Target};
 use crate::{Error, Result, Shell, Vec3};
@@ -63,12 +64,8 @@ impl Handles {
         if self.vertices.is_empty() {
             return Ok(());
         }
-        let accelerations = |forces: Vec<(usize, Vec3)>| {
-            let mut out = vec![Vec3::zeros(); shell.mass.len()];
-            forces.iter().for_each(|(v, force)| out[*v] = force / shell.mass[*v]); // columns() brings M^½
-            out
-        };
-        let mut right = basis::columns(shell, &self.forces(shell).into_iter().map(accelerations).collect::<Vec<_>>());
+        let accelerations: Vec<_> = self.forces(shell).into_iter().map(|forces| acceleration(shell, forces)).collect();
+        let mut right = basis::columns(shell, &accelerations);
         rest.solve(&mut right)?;
         let unit = |k: usize| right.col(k) * faer::Scale(1.0 / right.col(k).norm_l2().max(f64::MIN_POSITIVE));
         self.answers = (0..right.ncols()).map(|k| basis::unscaled(shell, unit(k).as_ref())).collect();
@@ -90,7 +87,7 @@ impl Handles {
         let rest = &shell.mesh.positions;
         let mut forces = vec![];
         for &v in &self.vertices {
-            forces.extend(axes().map(|axis| vec![(v, axis)]));
+            forces.extend(AXES.map(|axis| vec![(v, axis)]));
         }
         for &v in self.vertices.iter().filter(|_| self.turning) {
             let own = shell.mesh.triangles.iter().filter(|corners| corners.contains(&(v as u32)));
@@ -98,27 +95,21 @@ impl Handles {
             around.sort_unstable();
             around.dedup();
             let couple = |axis: Vec3| around.iter().map(|&w| (w, axis.cross(&(rest[w] - rest[v])))).collect();
-            forces.extend(axes().map(couple));
+            forces.extend(AXES.map(couple));
         }
         forces
     }
 
     /// To and fro, the most telling first, one handle after the other: along the two directions in which it gives most, turned, and along the third.
     fn ways(&self, compliances: &[Matrix3<f64>], size: f64) -> Vec<Lead> {
-        let by_compliance = |c: &Matrix3<f64>| {
-            let eigen = (0.5 * (c + c.transpose())).symmetric_eigen();
-            let mut order = [0, 1, 2];
-            order.sort_by(|a, b| eigen.eigenvalues[*b].total_cmp(&eigen.eigenvalues[*a]));
-            order.map(|k| Vec3::from(eigen.eigenvectors.column(k)))
-        };
-        let directions: Vec<[Vec3; 3]> = compliances.iter().map(by_compliance).collect();
+        let directions: Vec<[Vec3; 3]> = compliances.iter().map(|c| by_compliance(c).map(|(way, _)| way)).collect();
         let mut leads = vec![];
         for k in [0, 1, 3, 4, 5, 2].into_iter().filter(|k| *k < 3 || self.turning) {
             for (handle, directions) in directions.iter().enumerate() {
                 let (way, turn) = match k {
                     0 => (FAR * size * directions[0], Vec3::zeros()),
                     1 | 2 => (ACROSS * size * directions[k], Vec3::zeros()),
-                    _ => (Vec3::zeros(), TURN * axes()[k - 3]),
+                    _ => (Vec3::zeros(), TURN * AXES[k - 3]),
                 };
                 leads.extend([1.0, -1.0].map(|sign| Lead { handle, way: sign * way, turn: sign * turn }));
             }
@@ -143,6 +134,17 @@ impl Handles {
     }
 }
 
-fn axes() -> [Vec3; 3] {
-    [0, 1, 2].map(|axis| Vec3::ith(axis, 1.0))
+/// The directions of a vertex by how far a pull of unit size moves it, and how far; the most first.
+pub(super) fn by_compliance(compliance: &Matrix3<f64>) -> [(Vec3, f64); 3] {
+    let eigen = (0.5 * (compliance + compliance.transpose())).symmetric_eigen();
+    let mut order = [0, 1, 2];
+    order.sort_by(|a, b| eigen.eigenvalues[*b].total_cmp(&eigen.eigenvalues[*a]));
+    order.map(|k| (Vec3::from(eigen.eigenvectors.column(k)), eigen.eigenvalues[k]))
+}
+
+/// The accelerations that forces are in the place of, for [`basis::columns`] brings M^½.
+pub(super) fn acceleration(shell: &Shell, forces: impl IntoIterator<Item = (usize, Vec3)>) -> Vec<Vec3> {
+    let mut out = vec![Vec3::zeros(); shell.mass.len()];
+    forces.into_iter().for_each(|(v, force)| out[v] = force / shell.mass[v]);
+    out
 }
