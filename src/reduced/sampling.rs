@@ -77,8 +77,10 @@ pub fn sample(
     };
     let whole = left(&system.b).max(f64::MIN_POSITIVE);
     let a = MatRef::from_column_major_slice(&system.a, rows, picked.len());
+    let mut told = 0.0f64;
     let (solution, residual) = nonnegative(a, &system.b, wanted, |residual, share| {
-        watch(share)?;
+        told = told.max(share); // columns are thrown out, too
+        watch(told)?;
         Ok(left(residual) <= tolerance * whole)
     })?;
     let mut weights = vec![0.0; n_elements];

@@ -133,10 +133,10 @@ fn the_error_does_not_grow_with_the_fields_asked_for() {
         }
         for pair in errors.windows(2) {
             // Equal where no more are found. More fields hold other poses' details at first, samples and the membrane's share are chosen anew: a
-            // tenth, or a thousandth of the displacement.
+            // seventh, of which a tenth was measured, or a thousandth of the displacement.
             let ((fewer, before), (more, after)) = (pair[0], pair[1]);
             assert!(more > fewer || after == before, "{name}");
-            assert!(after <= 1.1 * before + 1e-3, "{name}: {after} after {before}");
+            assert!(after <= 1.15 * before + 1e-3, "{name}: {after} after {before}");
         }
     }
 }

@@ -539,7 +539,7 @@ class Running(unittest.TestCase):
             return state.positions()
 
         trained, untrained = at_rest(), at_rest(reduced_trained=False)
-        self.assertTrue(numpy.array_equal(trained, at_rest(reduced_poses=52)))
+        self.assertTrue(numpy.array_equal(trained, at_rest(reduced_poses=62)))
         self.assertFalse(numpy.array_equal(trained, untrained))
         with self.assertRaisesRegex(sw.InvalidArgumentError, "reduced_poses is 3"):
             at_rest(reduced_poses=3, reduced_trained=False)
