@@ -136,8 +136,8 @@ pub struct SwPrecomputeDesc {
     /// Equilibria of the full shell that its fields are trained on: under gravity along the axes, pressure, by handles that are known, under weak
     /// pulls at points, gravity along the diagonals between the axes and strong pulls; then by half of each but the weak pulls. At most 62 are used,
     /// or 68 where handles are known.
-    /// Each takes as long as a static solution of SW_METHOD_SHELL_IMPLICIT, but of a load that buckles the shell only the part that was
-    /// balanced after a few hundred iterations is used, from 8,000 vertices on after a hundred. The fields are saved with the model. 0 = as many as
+    /// Each takes as long as a static solution of SW_METHOD_SHELL_IMPLICIT. Of a load that buckles the shell only the part is used that was
+    /// balanced after a few hundred iterations, from 8,000 vertices on after a hundred. The fields are saved with the model. 0 = as many as
     /// 208,000 over the number of vertices, at most 62.
     pub reduced_poses: u32,
     /// Bitwise or of SW_REDUCED_...

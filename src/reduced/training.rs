@@ -102,14 +102,14 @@ impl BasisInputs<'_> {
 enum Load {
     /// The weight along a direction.
     Gravity(Vec3),
-    /// On the sides that this times the normals points to, as strong as gravity.
+    /// Along this times the normals, a force on each vertex as large as its weight.
     Pressure(f64),
     /// Nothing but a handle, of a number.
     Lead(usize),
     /// A weak force at a vertex, whose half tells no more.
-    Touch(usize, Vec3),
+    WeakPull(usize, Vec3),
     /// One that bends the shell far.
-    Pull(usize, Vec3),
+    StrongPull(usize, Vec3),
 }
 
 impl Load {
@@ -225,16 +225,21 @@ impl TrainingLoads {
             (point, way * (self.strength * BEND * shell.mesh.size / most.max(f64::MIN_POSITIVE)))
         });
         self.list = self.listed(shell, &far.collect::<Vec<_>>());
-        self.halved = (0..self.list.len()).filter(|k| !matches!(self.list[*k], Load::Touch(..))).collect();
+        self.halved = (0..self.list.len()).filter(|k| !matches!(self.list[*k], Load::WeakPull(..))).collect();
         responses.truncate(of_frames);
         self.responses = responses;
         Ok(())
     }
 
-    /// Gravity along ± the axes, pressure, what handles lead to in the place of pulls at as many points, weak pulls along ± the axes, gravity along the
-    /// diagonals between the axes, and pulls to and fro where the points give most, that would bend the shell by [`BEND`] to first order.
+    /// In this order:
+    ///
+    /// - gravity along ± the axes, and pressure to either side,
+    /// - what handles lead to, in the place of pulls at as many points,
+    /// - weak pulls along ± the axes,
+    /// - gravity along the diagonals between the axes,
+    /// - strong pulls to and fro where the points give most, that would bend the shell by [`BEND`] to first order.
     fn listed(&self, shell: &Shell, far: &[(usize, Vec3)]) -> Vec<Load> {
-        let weight = shell.free.iter().map(|&v| shell.mass[v as usize]).sum::<f64>() * self.gravity;
+        let weight = self.weight(shell);
         let axes = AXES.into_iter().flat_map(|axis| [axis, -axis]);
         let sign = |k: usize, axis: usize| if k >> axis & 1 == 0 { 1.0 } else { -1.0 };
         let diagonals = (0..8).map(|k| Vec3::from_fn(|axis, _| sign(k, axis)).normalize());
@@ -242,10 +247,12 @@ impl TrainingLoads {
         list.extend([1.0, -1.0].map(Load::Pressure));
         list.extend((0..self.handles.leads.len()).map(Load::Lead));
         for &point in &self.points {
-            list.extend(axes.clone().map(|axis| Load::Touch(point, PULL * weight * axis)));
+            list.extend(axes.clone().map(|axis| Load::WeakPull(point, PULL * weight * axis)));
         }
         list.extend(diagonals.map(Load::Gravity));
-        list.extend(far.iter().flat_map(|(point, force)| [1.0, -1.0].map(|sign| Load::Pull(*point, sign * force))));
+        list.extend(
+            far.iter().flat_map(|(point, force)| [1.0, -1.0].map(|sign| Load::StrongPull(*point, sign * force))),
+        );
         list
     }
 
@@ -300,11 +307,16 @@ impl TrainingLoads {
         shapes
     }
 
+    /// Of what is free to move, under gravity at full strength.
+    fn weight(&self, shell: &Shell) -> f64 {
+        shell.free.iter().map(|&v| shell.mass[v as usize]).sum::<f64>() * self.gravity
+    }
+
     /// The forces of the list at full strength, and of those that are taken at half of it. Of a shell that floats, gravity is borne by the handles,
     /// or by the points.
     pub(super) fn loads(&self, shell: &Shell) -> Vec<Vec<Vec3>> {
         let normals = shell.mesh.normals(&shell.mesh.positions);
-        let total: f64 = shell.free.iter().map(|&v| shell.mass[v as usize]).sum::<f64>() * self.gravity;
+        let weight = self.weight(shell);
         let floats = self.free.as_ref().is_some_and(|free| free.count() == 6);
         let bearers = if self.handles.vertices.is_empty() { &self.points } else { &self.handles.vertices };
         let forces = |load: &Load, strength: f64| {
@@ -314,7 +326,7 @@ impl TrainingLoads {
                 Load::Gravity(direction) => {
                     force.iter_mut().zip(&shell.mass).for_each(|(f, m)| *f = *m * g * direction);
                     if floats {
-                        let borne = strength * total / bearers.len() as f64;
+                        let borne = strength * weight / bearers.len() as f64;
                         bearers.iter().for_each(|v| force[*v] -= borne * direction);
                     }
                 }
@@ -323,7 +335,7 @@ impl TrainingLoads {
                     force.iter_mut().zip(weights).for_each(|(f, weight)| *f = weight);
                 }
                 Load::Lead(_) => {}
-                Load::Touch(point, pull) | Load::Pull(point, pull) => force[point] = pull * strength,
+                Load::WeakPull(point, pull) | Load::StrongPull(point, pull) => force[point] = pull * strength,
             }
             force
         };
