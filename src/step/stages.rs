@@ -13,3 +13,7 @@ pub const MISSED: f64 = (1.0 / 6.0 - 3.0 * GAMMA * GAMMA + 2.0 * GAMMA * GAMMA *
 pub const SUDDEN: f64 = 0.3;
 /// The same over the shape, where it is none.
 pub const NOTHING: f64 = 1e-3;
+/// Of a jump, what inertia keeps of it at least where the step resolves it.
+pub const RESOLVED: f64 = 0.5;
+/// Stages in a row that stand, at most.
+pub const RELAXING: usize = 4;

@@ -126,6 +126,8 @@ struct Floating {
     began: Place,
     next: Place,
     next_rates: Rates,
+    /// Where a step began whose first stages stand.
+    begins: (Place, Rates),
     room: Room,
 }
 
@@ -158,6 +160,7 @@ pub(super) fn build(model: &Model, form: Form, rigid: &Rigid) -> Result<Box<dyn 
         began: place.clone(),
         next: place.clone(),
         next_rates: rates.clone(),
+        begins: (place.clone(), rates.clone()),
         room: Room::new(fields, n),
         place,
         rates,

@@ -1,13 +1,25 @@
 //! A step of a floating shell: the two stages of the reduced shell's step (Alexander 1977), with the turn as a product of exponentials
-//! (Crouch, Grossman 1993): R⁺ = R exp((1 − γ)hω₁) exp(γhω⁺). Among contacts it is one stage over the whole step.
+//! (Crouch, Grossman 1993): R⁺ = R exp((1 − γ)hω₁) exp(γhω⁺). Among contacts it is one stage over the whole step. Where stiffness relaxes in
+//! the first stage what the step does not resolve, that stage stands, as in `methods/reduced/step.rs`.
 
 use super::place::Rates;
 use super::stage::Stage;
 use super::{At, Floating};
 use crate::load::BodyLoad;
 use crate::methods::Acting;
-use crate::step::stages::{GAMMA, ONWARD};
+use crate::reduced::sum_of;
+use crate::step::stages::{GAMMA, NOTHING, ONWARD, RELAXING, RESOLVED, SUDDEN};
 use crate::{Error, ErrorKind, Result};
+
+/// What became of two stages.
+struct Stages {
+    /// The first relaxed and stands, and there is no second.
+    stands: bool,
+    /// Whether the searches did.
+    converged: bool,
+    /// Of constraints.
+    work: f64,
+}
 
 impl Floating {
     /// One step of `h`. Changes nothing on failure.
@@ -27,7 +39,7 @@ impl Floating {
         self.begin(at);
         let before = self.kinetic(&self.rates);
         let sudden = at.points.is_some_and(|points| points.is_sudden());
-        let (mut converged, mut work) = if sudden { (false, 0.0) } else { self.two_stages(at, acting.load, h) };
+        let (mut converged, mut work) = if sudden { (false, 0.0) } else { self.stages(at, acting.load, h) };
         if !converged {
             self.begin(at);
             let stage = Stage { tau: h, share: 1.0, near: false, damped: self.set_viscosity() };
@@ -80,12 +92,42 @@ impl Floating {
     }
 
     /// Sets the next place and its rates. Returns whether the searches converged, and the work of constraints.
-    fn two_stages(&mut self, at: At, load: &BodyLoad, h: f64) -> (bool, f64) {
+    fn stages(&mut self, at: At, load: &BodyLoad, h: f64) -> (bool, f64) {
+        let (mut before, mut left, mut standing) = (0.0, h, 0);
+        let end = loop {
+            let done = self.two_stages(at, load, left, standing < RELAXING);
+            if !done.stands {
+                break done;
+            }
+            let Self { begins, place, rates, next, next_rates, .. } = self;
+            if standing == 0 {
+                begins.0.copy_from(place);
+                begins.1.copy_from(rates);
+            }
+            place.copy_from(next);
+            rates.copy_from(next_rates);
+            self.begin(at);
+            standing += 1;
+            before += done.work;
+            left *= 1.0 - GAMMA;
+        };
+        if standing > 0 {
+            self.place.copy_from(&self.begins.0);
+            self.rates.copy_from(&self.begins.1);
+        }
+        (end.converged, before + end.work)
+    }
+
+    /// The same, or one stage where that stands and `may_stand`.
+    fn two_stages(&mut self, at: At, load: &BodyLoad, h: f64, may_stand: bool) -> Stages {
         let tau = GAMMA * h;
         let first = Stage { tau, share: GAMMA, near: false, damped: self.set_viscosity() };
         self.set_out(tau);
         if !self.advance(at, load, first) {
-            return (false, 0.0);
+            return Stages { stands: false, converged: false, work: 0.0 };
+        }
+        if may_stand && self.relaxes(tau) {
+            return Stages { stands: true, converged: true, work: tau * self.power_of_constraints() };
         }
         let work = ONWARD * tau * self.power_of_constraints();
         self.pace(0, false);
@@ -112,7 +154,25 @@ impl Floating {
         self.pace(2, true);
         let [start, first, end] = &self.room.paces;
         self.estimate.of_stages(h, (0..end.len()).map(|k| [start[k], first[k], end[k]]));
-        (converged, work)
+        Stages { stands: false, converged, work }
+    }
+
+    /// Whether the fields jump in a stage of `tau` where stiffness resists, and not inertia.
+    fn relaxes(&mut self, tau: f64) -> bool {
+        let Self { place, rates, next, newton, damping, room, .. } = self;
+        let jump = |k: usize| next.q[k] - place.q[k] - tau * rates.q[k];
+        let coasted = sum_of(&rates.q, &rates.q, |rate, _| (tau * rate).powi(2));
+        let moved: f64 = (0..place.q.len()).map(|k| jump(k) * jump(k)).sum();
+        let size = sum_of(&place.q, &place.q, |q, _| q * q);
+        if moved <= SUDDEN * SUDDEN * coasted || moved <= NOTHING * NOTHING * size {
+            return false;
+        }
+        room.start.fill(0.0);
+        (0..place.q.len()).for_each(|k| room.start[k] = jump(k));
+        let alpha = tau.recip();
+        newton.filter(alpha * (alpha + damping.mass), &mut room.start);
+        let kept: f64 = (0..place.q.len()).map(|k| jump(k) * room.start[k]).sum();
+        kept < RESOLVED * moved
     }
 
     /// Takes down rates, `next` or those at the start, for the estimate of the step's error. The centre's way is exact.

@@ -23,7 +23,7 @@ use super::{At, Coordinates, Reduced};
 use crate::load::BodyLoad;
 use crate::methods::Acting;
 use crate::reduced::{Form, Joined, Potential, ReducedShell, Stop, sum_of};
-use crate::step::stages::{GAMMA, NOTHING, ONWARD, SUDDEN};
+use crate::step::stages::{GAMMA, NOTHING, ONWARD, RELAXING, RESOLVED, SUDDEN};
 use crate::{Error, ErrorKind, Result};
 
 /// A step moves on at this, an energy of 1e-10 of what the loads do; the Newton step that shows it is still taken.
@@ -39,11 +39,6 @@ const PASSES: usize = 4;
 const ENOUGH: f64 = 1e-5;
 /// Of the displacement, what the last pass may still change although it changes more than the first.
 const SETTLED: f64 = 1e-3;
-
-/// Of a jump, what inertia keeps of it at least where the step resolves it.
-const RESOLVED: f64 = 0.5;
-/// Stages in a row that stand, at most.
-const RELAXING: usize = 4;
 
 /// A step of backward Euler within a step.
 #[derive(Clone, Copy)]
