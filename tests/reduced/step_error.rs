@@ -86,7 +86,8 @@ fn apart(model: &Model, a: &[Vec3], b: &[Vec3]) -> f64 {
 
 const METHODS: [Method; 2] = [Method::ReducedShell, Method::PolynomialShell];
 
-/// Handles move evenly in a step, whatever its parts: only then is the step in parts the same problem. So it is asked while none is led.
+/// Handles move evenly in a step, whatever its parts: only then is the step in parts the same problem. So it is asked while none is led. Of waves of
+/// three steps a period one step is told too little and the next too much, up to five times: so it is asked of three in a row.
 #[test]
 fn it_is_what_the_same_step_in_small_parts_shows() {
     for (name, model, script, from) in
@@ -110,9 +111,10 @@ fn it_is_what_the_same_step_in_small_parts_shows() {
                         }
                     }
                 }
-                let told: Vec<f64> =
-                    ratios.iter().filter(|(_, off)| *off > 0.05 * largest).map(|(told, off)| told / off).collect();
-                let mut sorted = told.clone();
+                let in_a_row = ratios.windows(3).filter(|steps| steps.iter().any(|(_, off)| *off > 0.05 * largest));
+                let sum =
+                    |steps: &[(f64, f64)]| steps.iter().fold((0.0, 0.0), |sum, one| (sum.0 + one.0, sum.1 + one.1));
+                let mut sorted: Vec<f64> = in_a_row.map(sum).map(|(told, off)| told / off).collect();
                 sorted.sort_by(f64::total_cmp);
                 let at = |share: f64| sorted[(share * (sorted.len() - 1) as f64) as usize];
                 println!(
@@ -122,9 +124,9 @@ fn it_is_what_the_same_step_in_small_parts_shows() {
                     at(0.5),
                     sorted.len()
                 );
-                // Of steps that matter: those with a twentieth of the largest error or more.
-                assert!((0.5..1.5).contains(&at(0.5)), "{name} {method}: {}", at(0.5));
-                assert!(at(0.05) > 0.2 && at(0.95) < 2.0, "{name} {method}: {} {}", at(0.05), at(0.95));
+                // Of those that matter: with a twentieth of the largest error or more.
+                assert!((0.6..1.2).contains(&at(0.5)), "{name} {method}: {}", at(0.5));
+                assert!(at(0.05) > 0.4 && at(0.95) < 1.3, "{name} {method}: {} {}", at(0.05), at(0.95));
             }
         }
     }

@@ -38,8 +38,10 @@ pub struct Gate {
 
 /// The polynomial is taken where it misses at most this multiple of what the sampled energy does: its step is many times faster.
 const WORTH: f64 = 1.25;
-/// And where it misses no more than this, which nobody sees: samples may then miss less still.
+/// And where it misses no more than this, which nobody sees: samples may then miss less still, as they are fitted to these equilibria.
 const UNSEEN: f64 = 0.01;
+/// What misses more of a shape ends at another one, and how far off that is tells nothing.
+const LOST: f64 = 0.1;
 
 /// Equilibria that a range rests on, at least; and the least range that is worth a change of form in motion, of the reach.
 const LEAST: usize = 4;
@@ -47,7 +49,7 @@ const SOME: f64 = 0.25;
 
 /// Whether the polynomial is as good as the sampled energy.
 fn as_good(polynomial: &Errors, sampled: &Errors) -> bool {
-    let within = |polynomial: f64, sampled: f64| polynomial <= UNSEEN.max(WORTH * sampled);
+    let within = |polynomial: f64, sampled: f64| polynomial.min(LOST) <= UNSEEN.max(WORTH * sampled);
     within(polynomial.median, sampled.median) && within(polynomial.most, sampled.most)
 }
 
