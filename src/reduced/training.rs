@@ -265,7 +265,7 @@ impl TrainingLoads {
         })?;
         let strain = tried.iter().map(|(_, strain)| *strain).fold(0.0, f64::max);
         let tried = tried.into_iter().map(|(one, _)| one).collect();
-        Ok(Gate { strain, ..Gate::of(tried) })
+        Ok(Gate { strain, ..Gate::of(tried, polynomial.unseen()) })
     }
 
     /// The load that a pose balances: of a shell that moves freely, with what its pins bear; a part of it, where the search ended there.

@@ -1,10 +1,11 @@
 //! Error against the full shell on loads that were never trained on: the paper's warp beside reduced shells of several sizes, with the best
 //! that their fields could do, and what goes on after `State::fall_back`. docs/evidence/front.md says what it found.
 //!
-//! usage: front [--scene KEY] [--reduced "FIELDS,ELEMENTS,POSES ..."] [--docs FILE] [--ablate] [--judge]
+//! usage: front [--scene KEY] [--reduced "FIELDS,ELEMENTS,POSES ..."] [--docs FILE] [--ablate] [--judge] [--gates]
 //!
 //! With --ablate, what each ingredient of the reduced shell buys, on held-out and fresh loads: a column of docs/evidence/front.md for each shell.
-//! With --judge, the judging list of front/judging.rs by what SW_METHOD_AUTO takes, with 8 modes and 20 fields.
+//! With --judge, the judging list of front/judging.rs by what SW_METHOD_AUTO takes, with 8 modes and 20, 40 and 100 fields. With --gates, what each
+//! gate found and took.
 #![allow(missing_docs)]
 
 #[path = "front/cases.rs"]
@@ -15,11 +16,14 @@ mod common;
 mod docs;
 #[path = "front/judging.rs"]
 mod judging;
+#[path = "front/pooled.rs"]
+mod pooled;
 #[path = "front/scenes.rs"]
 mod scenes;
 
 use cases::{Case, loaded};
 use common::{displacements, mass_error};
+use pooled::{Measured, Pool};
 use scenes::{Part, Scene};
 use shellwarp::Vec3;
 use shellwarp::model::{Model, Options};
@@ -30,6 +34,9 @@ use std::time::Instant;
 
 /// Up to rounding and the tolerance of equilibria.
 const SAME: f64 = 1.0001;
+/// Of the aims, that of the claims, and what is near the full shell there.
+const AT: f64 = 0.2;
+const NEARLY: f64 = 0.05;
 
 /// The best that fields can do.
 fn projection(model: &Model, exact: &[Vec3]) -> f64 {
@@ -41,6 +48,14 @@ fn projection(model: &Model, exact: &[Vec3]) -> f64 {
     let mut u = vec![Vec3::zeros(); exact.len()];
     fields.displacements(&q, |v, x| u[v] = x);
     mass_error(&model.shell, &u, exact)
+}
+
+/// What is left after Newton steps of the full shell from there.
+fn corrected(scene: &Scene, state: &State, steps: usize, case: &Case) -> Option<f64> {
+    let rest = &scene.shell.mesh.positions;
+    let x = state.positions_corrected(Space::Frame, steps).ok()?;
+    let u: Vec<Vec3> = x.iter().zip(rest).map(|(x, rest)| x - rest).collect();
+    Some(mass_error(&scene.shell, &u, &case.exact))
 }
 
 fn off(scene: &Scene, state: &State, case: &Case) -> f64 {
@@ -66,7 +81,7 @@ fn verdict(scene: &Scene, cases: &[Case], paper: &[f64], model: &Arc<Model>, met
         let own = found.map_or(f64::INFINITY, |(state, _)| off(scene, &state, case));
         ratios.push(own / paper);
         lost += usize::from(own == f64::INFINITY);
-        if case.aim == 0.2 {
+        if case.aim == AT {
             fifth.push(own);
         }
     }
@@ -171,15 +186,20 @@ fn contenders(scene: &Scene, specs: &str) -> Vec<Contender> {
             reduced.fit,
             start.elapsed().as_secs_f64()
         );
-        for method in [Method::ReducedShell, Method::PolynomialShell] {
-            all.push(Contender { spec: spec.to_owned(), method, model: model.clone() });
+        if let Some(polynomial) = &reduced.polynomial {
+            println!("  {:?}: {:?}", model.chosen_method(), polynomial.gate);
         }
+        let mut forms = vec![Method::ReducedShell, Method::PolynomialShell];
+        if !forms.contains(&model.chosen_method()) {
+            forms.push(model.chosen_method());
+        }
+        all.extend(forms.into_iter().map(|method| Contender { spec: spec.to_owned(), method, model: model.clone() }));
     }
     all
 }
 
 /// Measures all contenders under one load, and prints a line.
-fn measure(scene: &Scene, contenders: &[Contender], tallies: &mut [Tally], case: &Case) {
+fn measure(scene: &Scene, contenders: &[Contender], (tallies, pool): (&mut [Tally], &mut Pool), case: &Case) {
     let of = |model: &Arc<Model>, method: Method| loaded(scene, model, method, case);
     let error = |found: &Option<(State, bool)>| match found {
         Some((state, true)) => off(scene, state, case),
@@ -192,12 +212,19 @@ fn measure(scene: &Scene, contenders: &[Contender], tallies: &mut [Tally], case:
         let found = of(&contender.model, contender.method);
         let own = error(&found);
         if case.is_confirmed() {
-            tally.errors.push((own, paper, case.aim == 0.2));
+            tally.errors.push((own, paper, case.aim == AT));
         }
         print!(" {own:.4} ({:.4})", projection(&contender.model, &case.exact));
-        let Some((mut state, _)) = found else { continue };
+        let two = found.as_ref().filter(|(_, found)| *found).and_then(|(state, _)| corrected(scene, state, 2, case));
+        let mut measured = Measured { own, paper, after: f64::INFINITY, two: two.unwrap_or(f64::INFINITY) };
+        let Some((mut state, _)) = found else {
+            pool.add(scene, contender, case, measured);
+            continue;
+        };
         let estimate = state.fall_back();
         let (stays, after) = (state.method() == contender.method, off(scene, &state, case));
+        measured.after = after;
+        pool.add(scene, contender, case, measured);
         tally.fallen += usize::from(after > SAME * paper && case.is_confirmed());
         let (estimate, remaining) = estimate.map_or((f64::NAN, f64::NAN), |c| (c.error, c.remaining));
         print!(" [{} {after:.4}, estimate {estimate:.4}, left {remaining:.0e}]", if stays { "stays" } else { "falls" });
@@ -205,13 +232,13 @@ fn measure(scene: &Scene, contenders: &[Contender], tallies: &mut [Tally], case:
     println!();
 }
 
-/// Measures all contenders on a scene, and adds their rows to the table.
-fn contest(scene: &Scene, cases: &[Case], specs: &str, table: &mut String) {
+/// Measures all contenders on a scene, and adds their rows to the table and to what is counted over all scenes.
+fn contest(scene: &Scene, cases: &[Case], specs: &str, (table, pool): (&mut String, &mut Pool)) {
     let contenders = contenders(scene, specs);
     for (part, name) in [(Part::Validation, "validation"), (Part::HeldOut, "held out"), (Part::Fresh, "fresh")] {
         let mut tallies: Vec<Tally> = contenders.iter().map(|_| Tally::default()).collect();
         for case in cases.iter().filter(|case| case.part == part) {
-            measure(scene, &contenders, &mut tallies, case);
+            measure(scene, &contenders, (&mut tallies, pool), case);
         }
         for (contender, tally) in contenders.iter().zip(&tallies) {
             let fields = contender.model.reduced.as_ref().map_or(0, |reduced| reduced.n());
@@ -228,27 +255,29 @@ fn contest(scene: &Scene, cases: &[Case], specs: &str, table: &mut String) {
 const HEADER: &str = "| shell | asked for (coordinates) | form | loads | error over the paper's, median | at a fifth of the size, % | the paper's there, % \
 | worse than the paper | not found | worse after falling back |\n|---|---|---|---|---|---|---|---|---|---|\n";
 
-/// Of what the gate took on the judging list: the error, that after falling back, the paper's, and whether the load moves it by a fifth.
+/// Of what the gate took on the judging list: the error, that after falling back, the paper's, and whether the load is aimed at a fifth of the
+/// size and moves the shell by that.
 #[derive(Default)]
-struct Verdict(Vec<(f64, f64, f64, bool)>);
+struct Verdict(Vec<(f64, f64, f64, [bool; 2])>);
 
 impl Verdict {
     /// Cells of the table, as [`JUDGED`] names them.
     fn cells(&self) -> String {
         let Self(all) = self;
         let ratios: Vec<f64> = all.iter().map(|(own, _, paper, _)| own / paper).collect();
-        let [mut own, paper] = [|e: &(f64, f64, f64, bool)| e.0, |e: &(f64, f64, f64, bool)| e.2]
-            .map(|of| all.iter().filter(|e| e.3).map(of).collect::<Vec<f64>>());
-        own.sort_by(f64::total_cmp);
-        let good = own.iter().filter(|error| **error <= 0.05).count();
+        let of = |kind: usize| all.iter().filter(move |e| e.3[kind]);
+        let own: Vec<f64> = of(0).map(|e| e.0).collect();
+        let paper = of(0).map(|e| e.2).collect();
+        let good = |kind: usize| format!("{} of {}", of(kind).filter(|e| e.0 <= NEARLY).count(), of(kind).count());
         let worse = ratios.iter().filter(|ratio| **ratio > SAME).count();
         let after = all.iter().filter(|(_, after, paper, _)| *after > SAME * paper).count();
         let lost = all.iter().filter(|e| e.0 == f64::INFINITY).count();
-        let (fifth, paper) = (100.0 * median(own.clone()), 100.0 * median(paper));
+        let (fifth, paper) = (100.0 * median(own), 100.0 * median(paper));
         format!(
-            "{:.3} | {fifth:.2} | {paper:.1} | {good} of {} | {worse} of {} | {lost} | {after}",
+            "{:.3} | {fifth:.2} | {paper:.1} | {} | {} | {worse} of {} | {lost} | {after}",
             median(ratios),
-            own.len(),
+            good(0),
+            good(1),
             all.len()
         )
     }
@@ -275,17 +304,11 @@ impl Reach {
         found: Option<State>,
     ) {
         self.ratios.push(before / paper);
-        if case.aim != 0.2 {
+        if case.aim != AT {
             return;
         }
-        let rest = &scene.shell.mesh.positions;
-        let corrected = |state: &State, steps: usize| {
-            let x = state.positions_corrected(Space::Frame, steps).ok()?;
-            let u: Vec<Vec3> = x.iter().zip(rest).map(|(x, rest)| x - rest).collect();
-            Some(mass_error(&scene.shell, &u, &case.exact))
-        };
-        let steps =
-            CORRECTED.map(|steps| found.as_ref().and_then(|state| corrected(state, steps)).unwrap_or(f64::INFINITY));
+        let after = |steps: usize| found.as_ref().and_then(|state| corrected(scene, state, steps, case));
+        let steps = CORRECTED.map(|steps| after(steps).unwrap_or(f64::INFINITY));
         let all = [projection(&contender.model, &case.exact), before].into_iter().chain(steps);
         self.at_a_fifth.iter_mut().zip(all).for_each(|(list, error)| list.push(error));
     }
@@ -297,7 +320,7 @@ impl Reach {
 
     /// Cells of the table, as [`REACHED`] names them: medians in %, and how many are at most 5 % off.
     fn cells(&self) -> String {
-        let good = |list: &[f64]| list.iter().filter(|error| **error <= 0.05).count();
+        let good = |list: &[f64]| list.iter().filter(|error| **error <= NEARLY).count();
         let each = |list: &Vec<f64>| format!("{:.2}, {} of {}", 100.0 * median(list.clone()), good(list), list.len());
         format!("{:.3} | {}", median(self.ratios.clone()), self.at_a_fifth.each_ref().map(each).join(" | "))
     }
@@ -329,8 +352,9 @@ fn judged(scene: &Scene, fields: usize, all: &mut Verdict, reach: &mut Reach) ->
             state.fall_back().ok();
             off(scene, &state, case)
         });
-        println!("  {:<20} {:.2}: {before:.4}, after falling back {after:.4}, paper {paper:.4}", case.name, case.aim);
-        own.0.push((before, after, paper, case.aim == 0.2));
+        let Case { name, aim, moved, .. } = case;
+        println!("  {name:<20} {aim:.2} {moved:.3}: {before:.4}, after falling back {after:.4}, paper {paper:.4}");
+        own.0.push((before, after, paper, [case.aim == AT, case.aim == AT && case.came_near()]));
     }
     all.0.extend(&own.0);
     reach.extend(&reached);
@@ -341,7 +365,7 @@ fn judged(scene: &Scene, fields: usize, all: &mut Verdict, reach: &mut Reach) ->
 }
 
 const JUDGED: &str = "| shell | form | error over the paper's, median | at a fifth of the size, % | the paper's there, % | at most 5 % there \
-| worse than the paper | not found | worse after falling back |\n|---|---|---|---|---|---|---|---|---|\n";
+| of what came there | worse than the paper | not found | worse after falling back |\n|---|---|---|---|---|---|---|---|---|---|\n";
 
 /// The claims, and what stands between them and the shells.
 fn judge() -> [String; 2] {
@@ -377,7 +401,14 @@ fn main() {
         }
         return;
     }
-    let mut table = String::from(HEADER);
+    let (mut table, mut pool) = (String::from(HEADER), Pool::default());
+    if arguments.iter().any(|a| a == "--gates") {
+        for scene in scenes::all().into_iter().chain(judging::all()) {
+            println!("{}", scene.key);
+            contenders(&scene, "20,0,62 40,0,62 100,0,62");
+        }
+        return;
+    }
     for scene in scenes::all() {
         if value("--scene").is_some_and(|key| key != scene.key) {
             continue;
@@ -396,9 +427,13 @@ fn main() {
             cases.len(),
             start.elapsed().as_secs_f64()
         );
-        contest(&scene, &cases, value("--reduced").map_or("20,0,62 40,0,62 100,0,62", |s| s), &mut table);
+        let specs = value("--reduced").map_or("20,0,62 40,0,62 100,0,62", |s| s);
+        contest(&scene, &cases, specs, (&mut table, &mut pool));
     }
+    let pooled = pool.table();
+    print!("{pooled}");
     if let Some(file) = value("--docs") {
         docs::put_section(file, "front", &table).unwrap();
+        docs::put_section(file, "front pooled", &pooled).unwrap();
     }
 }

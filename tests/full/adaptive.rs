@@ -4,7 +4,7 @@ use crate::common::*;
 use shellwarp::Vec3;
 use shellwarp::model::{Model, Options, Precision};
 use shellwarp::reduced;
-use shellwarp::reduced::polynomial::Gate;
+use shellwarp::reduced::polynomial::{Gate, UNSEEN};
 use shellwarp::state::{Method, State};
 use shellwarp::step::Integrator;
 use std::sync::{Arc, OnceLock};
@@ -153,13 +153,13 @@ fn the_range_ends_where_the_polynomial_gets_worse_than_the_samples() {
         let size = |k: i32| f64::from(k) / 10.0;
         (1..=10).map(|k| [size(k), if size(k) > worse_from { 0.5 } else { 0.01 }, 0.01]).collect()
     };
-    let all = Gate::of(tried(1.0));
+    let all = Gate::of(tried(1.0), UNSEEN);
     assert!(all.holds() && !all.holds_in_part() && all.range == 1.0 && all.reach == 1.0 && all.tried == 10);
-    let some = Gate::of(tried(0.55));
+    let some = Gate::of(tried(0.55), UNSEEN);
     assert!(!some.holds() && some.holds_in_part() && some.range == 0.5, "{some:?}");
-    let none = Gate::of(tried(0.0));
+    let none = Gate::of(tried(0.0), UNSEEN);
     assert!(!none.holds() && !none.holds_in_part() && none.range == 0.0);
-    assert_eq!(Gate::of(vec![]), Gate::default());
+    assert_eq!(Gate::of(vec![], 0.0), Gate::default());
 }
 
 /// Both miss two shapes of ten by more than a tenth: by how much says nothing. One that the polynomial alone misses says much.
@@ -170,6 +170,15 @@ fn equilibria_that_both_forms_lose_are_no_reason_for_either() {
             .map(|k| [f64::from(k), if k > 8 { polynomial } else { 0.002 }, if k > 8 { sampled } else { 0.002 }])
             .collect()
     };
-    assert!(Gate::of(tried(0.6, 0.4)).holds() && Gate::of(tried(0.12, 0.9)).holds());
-    assert!(!Gate::of(tried(0.6, 0.05)).holds());
+    assert!(Gate::of(tried(0.6, 0.4), UNSEEN).holds() && Gate::of(tried(0.12, 0.9), UNSEEN).holds());
+    assert!(!Gate::of(tried(0.6, 0.05), UNSEEN).holds());
+}
+
+/// What is unseen counts where bending carries the loads alone.
+#[test]
+fn an_error_that_nobody_sees_counts_where_the_membrane_carries_the_loads() {
+    let tried: Vec<[f64; 3]> = (1..=10).map(|k| [f64::from(k), 0.008, 0.002]).collect();
+    assert!(Gate::of(tried.clone(), UNSEEN).holds());
+    let strict = Gate::of(tried, 0.0);
+    assert!(!strict.holds() && !strict.holds_in_part() && strict.range == 0.0);
 }

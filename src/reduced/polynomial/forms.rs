@@ -8,7 +8,7 @@
 
 use super::bends::{Bend, Pairs, cubic, hessians};
 use super::pairs::{self, Gains, Rows};
-use super::{Coefficients, Form, PolynomialEnergy};
+use super::{CARRYING, Coefficients, Form, PolynomialEnergy};
 use crate::energy::{Mirror, Term};
 use crate::modes::symmetric_eigen;
 use crate::reduced::basis::{MULTIPLICATION, add_lower};
@@ -24,8 +24,6 @@ use nalgebra::{Cholesky, DMatrix, DVector, SymmetricEigen};
 const RESIDUALS: usize = 4;
 const MEMBRANE_RESIDUALS: usize = 40;
 const CORRECTIONS: usize = 4;
-/// α from which the membrane carries loads.
-const CARRYING: f64 = 0.05;
 /// Shapes that are mixed of two others, and how much of either there is, at most.
 const MIXED: usize = 200;
 const MOST: [f64; 2] = [1.0, 0.7];

@@ -34,12 +34,15 @@ pub struct Gate {
     /// The largest |q| up to which the polynomial is as good as the samples, by the equilibria up to there: the reach where it holds, 0 where
     /// it is so nowhere.
     pub range: f64,
+    /// What it may miss although samples miss less. Not saved: it follows from the energy.
+    pub unseen: f64,
 }
 
 /// The polynomial is taken where it misses at most this multiple of what the sampled energy does: its step is many times faster.
 const WORTH: f64 = 1.25;
-/// And where it misses no more than this, which nobody sees: samples may then miss less still, as they are fitted to these equilibria.
-const UNSEEN: f64 = 0.01;
+/// And where it misses no more than this, which nobody sees: samples may then miss less still, as they are fitted to these equilibria. Not where the
+/// membrane carries the loads: Green's strains and cubic bending then miss three times as much of loads that no training had, and samples do not.
+pub const UNSEEN: f64 = 0.01;
 /// What misses more of a shape ends at another one, and how far off that is tells nothing.
 const LOST: f64 = 0.1;
 
@@ -48,15 +51,15 @@ const LEAST: usize = 4;
 const SOME: f64 = 0.25;
 
 /// Whether the polynomial is as good as the sampled energy.
-fn as_good(polynomial: &Errors, sampled: &Errors) -> bool {
-    let within = |polynomial: f64, sampled: f64| polynomial.min(LOST) <= UNSEEN.max(WORTH * sampled);
+fn as_good(polynomial: &Errors, sampled: &Errors, unseen: f64) -> bool {
+    let within = |polynomial: f64, sampled: f64| polynomial.min(LOST) <= unseen.max(WORTH * sampled);
     within(polynomial.median, sampled.median) && within(polynomial.most, sampled.most)
 }
 
 impl Gate {
     /// Whether the polynomial is as good as the sampled energy where it was trained.
     pub fn holds(&self) -> bool {
-        self.tried > 0 && as_good(&self.polynomial, &self.sampled)
+        self.tried > 0 && as_good(&self.polynomial, &self.sampled, self.unseen)
     }
 
     /// Whether it is so for a part of the training, of motions that are not too large.
@@ -64,16 +67,16 @@ impl Gate {
         !self.holds() && self.range >= SOME * self.reach && self.range > 0.0
     }
 
-    /// From |q| of each equilibrium, and what the polynomial and the samples miss of it.
-    pub fn of(mut tried: Vec<[f64; 3]>) -> Self {
+    /// From |q| of each equilibrium, and what the polynomial and the samples miss of it; and what is unseen.
+    pub fn of(mut tried: Vec<[f64; 3]>, unseen: f64) -> Self {
         tried.sort_by(|a, b| a[0].total_cmp(&b[0]));
         let errors = |count: usize| [1, 2].map(|k| Errors::of(tried[..count].iter().map(|one| one[k]).collect()));
         let [polynomial, sampled] = errors(tried.len());
         let reach = tried.last().map_or(0.0, |one| one[0]);
-        let mut gate = Self { tried: tried.len() as u32, polynomial, sampled, reach, ..Self::default() };
+        let mut gate = Self { tried: tried.len() as u32, polynomial, sampled, reach, unseen, ..Self::default() };
         let is_good = |count: &usize| {
             let [polynomial, sampled] = errors(*count);
-            as_good(&polynomial, &sampled)
+            as_good(&polynomial, &sampled, unseen)
         };
         let within = (LEAST..=tried.len()).rev().find(is_good).map_or(0.0, |count| tried[count - 1][0]);
         gate.range = if gate.holds() { reach } else { within };

@@ -20,7 +20,7 @@ mod saved;
 
 pub use evaluate::Room;
 pub use forms::{Sources, make};
-pub use gate::{Errors, Gate};
+pub use gate::{Errors, Gate, UNSEEN};
 
 use super::aligned::Aligned;
 use super::elastic::Scratch;
@@ -34,6 +34,14 @@ use pulp::Arch;
 
 /// Of any coefficient: the root of the largest number.
 const LARGEST: f64 = 1e154;
+/// α from which the membrane carries loads.
+const CARRYING: f64 = 0.05;
+
+/// [`Gate::unseen`] by the weights of the membrane's forms, 1 or α.
+fn unseen(mut weights: impl Iterator<Item = f64>) -> f64 {
+    let carries = |weight: f64| (CARRYING..1.0).contains(&weight);
+    if weights.any(carries) { 0.0 } else { UNSEEN }
+}
 
 /// A form s and how it counts.
 #[derive(Clone, Debug, PartialEq)]
@@ -212,6 +220,11 @@ impl PolynomialEnergy {
             stiffness: matrix(&|i, j| self.stiffness[kernel::at(i, j, n)]),
             cubic: (0..n).map(|k| tiled(&self.cubic, k, n)).collect(),
         }
+    }
+
+    /// What its gate counts as unseen.
+    pub fn unseen(&self) -> f64 {
+        unseen(self.weights[..self.membrane].iter().copied())
     }
 
     /// Coordinates.

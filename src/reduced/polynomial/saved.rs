@@ -11,7 +11,7 @@
 //! | the range; models of before it was known lack it | f64 |
 
 use super::super::{MAX_FIELDS, MAX_STRESSES};
-use super::{Coefficients, Errors, Form, Gate, LARGEST, PolynomialEnergy};
+use super::{Coefficients, Errors, Form, Gate, LARGEST, PolynomialEnergy, unseen};
 use crate::real::Real;
 use crate::{Error, ErrorKind, Result};
 use nalgebra::DMatrix;
@@ -70,7 +70,7 @@ impl PolynomialEnergy {
     /// Appends the content of the section.
     pub fn save(&self, out: &mut Vec<u8>) {
         let Coefficients { forms, membrane, bending, stiffness, cubic } = self.coefficients();
-        let Gate { tried, polynomial, sampled, reach, strain, range } = self.gate;
+        let Gate { tried, polynomial, sampled, reach, strain, range, .. } = self.gate;
         [self.n() as u32, forms.len() as u32, membrane as u32, tried].iter().for_each(|x| out.extend(x.to_le_bytes()));
         [polynomial.median, polynomial.most, sampled.median, sampled.most, reach, strain]
             .iter()
@@ -106,7 +106,7 @@ impl PolynomialEnergy {
         let mut from = Reader { rest: rest.chunks_exact(8) };
         let [own, other] = [(); 2].map(|()| Errors { median: from.number(), most: from.number() });
         let (reach, strain) = (from.number(), from.number());
-        let mut gate = Gate { tried: count(3), polynomial: own, sampled: other, reach, strain, range: 0.0 };
+        let mut gate = Gate { tried: count(3), polynomial: own, sampled: other, reach, strain, ..Gate::default() };
         let form = |_| Form {
             weight: from.number(),
             bound: from.number(),
@@ -126,6 +126,7 @@ impl PolynomialEnergy {
                 }
             }
         }
+        gate.unseen = unseen(forms[..membrane].iter().map(|form| form.weight));
         gate.range = match content.len() > size(n, count(1) as usize) {
             true => from.number(),
             false if gate.holds() => gate.reach,

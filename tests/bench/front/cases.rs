@@ -40,6 +40,11 @@ pub struct Case {
 }
 
 impl Case {
+    /// Whether the load moves the shell by what was aimed at, up to the factor that its search ends with.
+    pub fn came_near(&self) -> bool {
+        (self.aim / NEAR..=self.aim * NEAR).contains(&self.moved)
+    }
+
     /// Whether the full shell has one answer.
     pub fn is_confirmed(&self) -> bool {
         self.apart <= CONFIRMED
