@@ -315,7 +315,8 @@ impl Newton {
         mut ahead: Ahead,
     ) -> Result<Option<bool>> {
         let known = self.go_ahead(&ahead);
-        let found = if known { Some(false) } else { self.next_direction(potential, x, wanted, how)? };
+        let by_others = known || self.go_from_rest(potential, x, wanted.1[0])?;
+        let found = if by_others { Some(false) } else { self.next_direction(potential, x, wanted, how)? };
         if !known && found.is_some() {
             self.look_ahead(potential, &mut ahead)?;
         }

@@ -36,7 +36,9 @@ use crate::error::{require_finite, require_non_negative};
 use crate::point_energy::{InFrame, PointEnergy};
 use crate::{Error, Result, Shell, Vec3};
 use constraints::Constraints;
+pub use newton::AtRest;
 use newton::Newton;
+use potential::Potential;
 use std::sync::Arc;
 
 /// C = ξM + ζ Σ b bᵀ.
@@ -122,6 +124,21 @@ impl Solver {
     /// Whether directions near a search's end may be found by the factor of an earlier tangent, as they are unless told otherwise.
     pub fn set_reusing(&mut self, reusing: bool) {
         self.newton.reusing = reusing;
+    }
+
+    /// The tangent at rest where nothing acts, for [`Solver::begin_by`] of this and other solvers of the shell; none where it is not positive definite.
+    pub fn tangent_at_rest(&mut self) -> Result<Option<Arc<AtRest>>> {
+        let Self { shell, newton, origin, force, .. } = self;
+        origin.copy_from_slice(&shell.mesh.positions);
+        force.fill(Vec3::zeros());
+        let potential =
+            Potential { shell, origin, load: force, step: None, constraints: &Constraints::none(), points: None };
+        Ok(newton.tangent_at_rest(&potential)?.map(Arc::new))
+    }
+
+    /// Equilibria that are sought from rest go by this tangent.
+    pub fn begin_by(&mut self, at_rest: Option<Arc<AtRest>>) {
+        self.newton.at_rest = at_rest;
     }
 
     /// Factorizations since it was made.

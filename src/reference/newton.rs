@@ -22,7 +22,7 @@ use crate::energy::Curvature;
 use crate::mesh::NONE;
 use crate::sparse::{BlockMatrix, Factor, Symbolic};
 use crate::{Error, ErrorKind, Result, Shell, Vec3};
-pub use ahead::Ahead;
+pub use ahead::{Ahead, AtRest};
 use conjugate::Conjugate;
 use faer::MatMut;
 use std::sync::Arc;
@@ -99,6 +99,8 @@ pub struct Newton {
     pub(super) foreseen: Vec<Vec3>,
     /// What the next such search goes ahead by, if others are to begin where it does.
     pub(super) ahead: Option<Ahead>,
+    /// For those that begin at rest.
+    pub(super) at_rest: Option<Arc<AtRest>>,
     conjugate: Conjugate,
     /// Whether that may be solved by.
     pub(super) reusing: bool,
@@ -193,6 +195,7 @@ impl Newton {
             coasting: false,
             foreseen: vec![],
             ahead: None,
+            at_rest: None,
             conjugate: Conjugate::default(),
             reusing: true,
             foreign: false,

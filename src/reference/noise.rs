@@ -14,7 +14,7 @@ const WITHIN: f64 = 10.0;
 const SUM: f64 = 1e-13;
 
 /// With δ the rounding of the coordinates and D the diagonal of H.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub struct Noise {
     /// Of ∇Φ at each free vertex: ten times δ ‖D‖ there. Empty before H is known.
     floor: Vec<f64>,

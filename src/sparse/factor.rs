@@ -257,6 +257,17 @@ pub struct Factor {
     values: Vec<f64>,
 }
 
+impl Clone for Factor {
+    fn clone(&self) -> Self {
+        Self { values: self.values.clone() }
+    }
+
+    /// Into the memory that is there.
+    fn clone_from(&mut self, other: &Self) {
+        self.values.clone_from(&other.values);
+    }
+}
+
 /// A numeric Cholesky factor with its analysis.
 pub struct Cholesky<'a> {
     symbolic: &'a Symbolic,

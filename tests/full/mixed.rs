@@ -133,6 +133,29 @@ fn an_increment_that_is_halved_goes_by_the_tangent_at_hand() {
     assert!(again > 3 && solver.factorizations() + again <= loads.len(), "{again}, {}", solver.factorizations());
 }
 
+#[test]
+fn searches_from_rest_go_by_one_tangent_to_the_same_bits() {
+    let shell = Arc::new(leaf(1));
+    let (rest, x) = (vec![Vec3::zeros(); shell.mass.len()], &shell.mesh.positions);
+    let fixed = (0..x.len() as u32).filter(|v| shell.held[*v as usize]).collect();
+    let material = Material { k_area: 2e4, k_length: 2e4, k_bend: 0.2, area_density: 1.0 };
+    let stiffer = Shell::new((*shell.mesh).clone(), material, &Supports { fixed, ..Supports::default() }).unwrap();
+    let tangent = |shell: &Arc<Shell>| Solver::new(shell.clone()).unwrap().tangent_at_rest().unwrap();
+    let tangents = [None, tangent(&shell), tangent(&Arc::new(stiffer))];
+    let options = EquilibriumOptions { follow_snaps: false, ..Default::default() };
+    for direction in [[-0.5, -0.5, 0.7], [0.3, 0.8, 0.5]] {
+        let forces = gravity(&shell, direction, 0.3);
+        let [alone, given, wrong] = tangents.clone().map(|tangent| {
+            let mut solver = Solver::new(shell.clone()).unwrap();
+            solver.begin_by(tangent);
+            let whole = solver.equilibrium(&rest, &forces, &options, &mut |_| Ok(())).is_ok();
+            (whole, solver.reached(), solver.factorizations())
+        });
+        assert_eq!(alone, given);
+        assert_ne!(alone, wrong); // so it is what is gone by
+    }
+}
+
 /// A flat card of 0.3 x 0.2 m and 0.3 mm, held at its left rim.
 fn card() -> Arc<Shell> {
     let (positions, triangles) = equilateral_sheet(18, 12, 0.3 / 18.0);

@@ -6,7 +6,7 @@
 
 use super::{TrainingLoads, added};
 use crate::clock::Instant;
-use crate::reference::{EquilibriumOptions, FreeMotions, Held, Solver};
+use crate::reference::{AtRest, EquilibriumOptions, FreeMotions, Held, Solver};
 use crate::threads::{GoOn, for_each_long};
 use crate::{Error, ErrorKind, Result, Shell, Vec3};
 use nalgebra::Matrix3;
@@ -96,6 +96,7 @@ impl TrainingLoads {
             left,
             all: AtomicUsize::new(0),
         };
+        let at_rest = search.tangents_at_rest(chains.iter().map(|chain| self.kind(chain.first)))?;
         let n_chains = chains.len() as f64;
         for_each_long(
             &mut chains,
@@ -106,12 +107,12 @@ impl TrainingLoads {
                 if search.all.load(Ordering::SeqCst) >= left {
                     return Ok(());
                 }
-                let led = self.lead(chain.first).is_some();
-                let kind = if led { 2 } else { usize::from(!self.load(chain.first).is_distributed()) };
+                let kind = self.kind(chain.first);
                 let solver = match &mut solvers[kind] {
                     Some(solver) => solver,
                     none => none.insert(Solver::new(search.pinned.get(kind).unwrap_or(shell).clone())?),
                 };
+                solver.begin_by(at_rest.get(kind).cloned().flatten());
                 let followed = search.follow(solver, chain, go_on);
                 search.all.fetch_add(chain.taken, Ordering::SeqCst);
                 followed
@@ -127,6 +128,11 @@ impl TrainingLoads {
             before += chain.taken;
         }
         Ok(found)
+    }
+
+    /// Whether a load is on all of the shell, 0, or a pull, 1, or what a handle does, 2.
+    fn kind(&self, load: usize) -> usize {
+        if self.lead(load).is_some() { 2 } else { usize::from(!self.load(load).is_distributed()) }
     }
 
     /// What is solved for under loads on all of the shell, and under pulls.
@@ -146,6 +152,19 @@ impl TrainingLoads {
 }
 
 impl Search<'_> {
+    /// What chains under loads on all of the shell, and under pulls, begin by, where several of these `kinds` do.
+    fn tangents_at_rest(&self, kinds: impl Iterator<Item = usize>) -> Result<[Option<Arc<AtRest>>; 2]> {
+        let (mut of, same) = ([0; 3], Arc::ptr_eq(&self.pinned[0], &self.pinned[1]));
+        kinds.for_each(|kind| of[if same { kind & 2 } else { kind }] += 1);
+        let find = |kind: usize| match of[kind] {
+            0 | 1 => Ok(None),
+            _ => Solver::new(self.pinned[kind].clone())?.tangent_at_rest(),
+        };
+        let first = find(0)?;
+        let second = if same { first.clone() } else { find(1)? };
+        Ok([first, second])
+    }
+
     /// From half a load to the whole, where the half is wanted, and in quarters of it at first.
     fn follow(&self, solver: &mut Solver, chain: &mut Chain, go_on: GoOn) -> Result<()> {
         let size = self.shell.mesh.size;

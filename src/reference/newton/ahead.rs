@@ -1,7 +1,10 @@
-//! Steps to several shares of a load from one shape: their tangent is the same, so that it is made once.
+//! Steps to several shares of a load from one shape, or to several loads from rest: their tangent is the same, so that it is made once.
 
 use super::Newton;
+use crate::energy::Stress;
+use crate::reference::noise::Noise;
 use crate::reference::potential::Potential;
+use crate::sparse::Factor;
 use crate::{Result, Vec3};
 use faer::MatMut;
 
@@ -30,7 +33,45 @@ impl Ahead {
     }
 }
 
+/// The tangent where nothing acts, for searches that begin there.
+pub struct AtRest {
+    factor: Factor,
+    noise: Noise,
+}
+
 impl Newton {
+    /// The tangent at rest, of a `potential` that nothing acts in; none where it is not positive definite.
+    pub(in crate::reference) fn tangent_at_rest(&mut self, potential: &Potential) -> Result<Option<AtRest>> {
+        let (rest, mut stress) = (&potential.shell.mesh.positions, vec![]);
+        self.begin(potential, rest, &mut stress);
+        potential.assemble_mixed(&mut self.parts, rest, Stress::whole(&stress), &mut self.matrix);
+        let mut noise = Noise::default();
+        noise.measure(potential, rest, &self.matrix);
+        self.matrix.require_finite()?;
+        let mut factor = self.symbolic.factor()?;
+        let found = self.symbolic.refactorize(&self.matrix.lower, &mut factor)?;
+        Ok(found.then_some(AtRest { factor, noise }))
+    }
+
+    /// Finds the first Δ of a search from rest by the tangent there, where ‖∇Φ‖ is `force`; false where it is not known, or not of this search.
+    pub(in crate::reference) fn go_from_rest(&mut self, potential: &Potential, x: &[Vec3], force: f64) -> Result<bool> {
+        let Some(rest) = &self.at_rest else { return Ok(false) };
+        let free = potential.step.is_none() && potential.points.is_none() && potential.constraints.is_empty();
+        if self.foreign || !free || *x != potential.shell.mesh.positions[..] {
+            return Ok(false);
+        }
+        self.factor.clone_from(&rest.factor);
+        self.noise.clone_from(&rest.noise);
+        self.spend()?;
+        self.factorizations += 1; // one of those that a search may take, as if it were its own
+        self.made_at = None;
+        self.solve_by_gradient(potential)?;
+        let slope = self.slope(potential);
+        let falls = slope < 0.0 && slope.is_finite();
+        self.made_at = falls.then_some(force);
+        Ok(falls)
+    }
+
     /// Δ ahead; false where it is not known.
     pub(in crate::reference) fn go_ahead(&mut self, ahead: &Ahead) -> bool {
         let Some(Known { share, direction, rate }) = &ahead.known else { return false };
