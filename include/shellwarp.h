@@ -741,9 +741,13 @@ typedef struct SwPrecomputeDesc {
   // modes, and have frequencies as these, of their own energy; sw_model_info's certificate is of
   // the modes beside them.
   double handle_speed;
-  // Seconds that the training by reduced_poses may take, beyond which no further equilibrium is
-  // sought; 0 = any. What is found in time depends on the machine and its load, and with it the
-  // fields: reduced_poses alone gives the same ones every time.
+  // Seconds that the training by reduced_poses may take, from the end of the modes' work to the end
+  // of the precompute; 0 = any. No further equilibrium is sought once what follows would end later,
+  // by an estimate to about a fifth; a tenth of the time is for equilibria in any case. Where what
+  // follows would take more than half of the time, it is a look: samples and the polynomial are
+  // then fitted to about a quarter of the examples. What even that takes is not cut. What is found
+  // in time depends on the machine and its load, and with it the fields: reduced_poses alone gives
+  // the same ones every time.
   double reduced_seconds;
   // The same as a multiple of the time that the modes took; 0 = any.
   double reduced_mode_searches;

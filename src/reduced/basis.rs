@@ -83,6 +83,11 @@ impl<'a> RestSolver<'a> {
         Ok(Self { shell, stiffness, symbolic, factor, rigid: columns(shell, rigid), shift })
     }
 
+    /// Multiplications of the factorization, and entries of the factor.
+    pub fn operations(&self) -> [f64; 2] {
+        [self.symbolic.operations(), (self.symbolic.factor_bytes() / size_of::<f64>()) as f64]
+    }
+
     /// Whether it is of one with motions.
     pub fn is_loose(&self) -> bool {
         self.rigid.ncols() > 0

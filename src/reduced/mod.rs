@@ -12,6 +12,7 @@
 
 mod aligned;
 pub mod basis;
+mod effort;
 mod elastic;
 mod energy;
 mod factor;
@@ -65,7 +66,7 @@ pub struct Options {
     pub poses: usize,
     /// The strength of the gravity that scenes will have; 0 for what bends the shell by a quarter of its size to first order.
     pub gravity: f64,
-    /// Seconds that finding the equilibria may take; those that it does not find in time are left out.
+    /// Seconds that all of the training may take, about: equilibria that are not found in time for the rest are left out ([`effort::Budget`]).
     pub seconds: f64,
     /// The same as a multiple of the time that the modes took.
     pub mode_searches: f64,

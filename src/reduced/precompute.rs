@@ -2,8 +2,9 @@
 //! its gate.
 
 use super::basis::RestSolver;
+use super::effort::{Budget, Effort, Size};
 use super::training::{BasisInputs, TrainingLoads, TrainingPose};
-use super::{AnyFields, Assumed, Fields, MAX_FIELDS, Options, ReducedEnergy, ReducedShell, TOLERANCE, free_motions};
+use super::{AnyFields, Assumed, Fields, MAX_FIELDS, Options, ReducedEnergy, ReducedShell, free_motions};
 use super::{basis, polynomial, sampling, unpacked, with_fields};
 use crate::energy::Curvature;
 use crate::features::{self, Feature, Proof};
@@ -15,9 +16,6 @@ use faer::Mat;
 use nalgebra::DMatrix;
 use polynomial::PolynomialEnergy;
 use std::sync::Arc;
-
-/// The most samples where their number is not given, as a multiple of the fields.
-const MOST_ELEMENTS: usize = 16;
 
 /// Of an optional reduced shell: iterations of its training and equilibria that it finds, at least.
 const LEAST_ITERATIONS: usize = 80;
@@ -44,7 +42,7 @@ impl ReducedShell {
         let elastic = modes.elastic();
         let modes = elastic.as_ref().unwrap_or(all);
         let searches: f64 = progress.seconds.iter().sum();
-        let time = options.seconds.min(options.mode_searches * searches);
+        let budget = Budget::new(options.seconds.min(options.mode_searches * searches));
         let mut report = |share: f64| progress.report(Phase::Training, share);
         report(0.0)?;
         let mut loads = TrainingLoads::new(shell, modes, (options, handles), free)?;
@@ -52,19 +50,23 @@ impl ReducedShell {
         let rest = RestSolver::new(shell, (rigid, modes.eigenvalues[0]))?;
         loads.prepare(shell, &rest)?;
         let inputs = loads.inputs(shell, modes, (rigid, &rest))?;
+        let size = Size::new(shell, &rest, modes.shapes.len(), options.fields);
         drop(rest);
-        let limits = (options.poses, time, options.iterations);
+        let before = budget.spent();
+        let limits = (options.poses, budget.for_equilibria(&size), options.iterations);
         let trained = loads.train(shell, limits, &mut |share| report(0.1 + 0.4 * share))?;
         require_training(options, &trained)?;
+        let effort = &budget.effort(&size, before);
+        let mut watch = |share| report(0.5 + 0.1 * share);
         let (basis, known, assumed) =
-            basis_and_stresses((&loads, &inputs, &trained), options.fields, &mut |share| report(0.5 + 0.1 * share))?;
+            basis_and_stresses((&loads, &inputs, &trained), (options.fields, effort), &mut watch)?;
         let fields = stored(shell, &basis, precision)?;
         let columns = unpacked(shell, &fields);
         let (samples, fit, stiffness) =
-            sampled((shell, known, &columns), (&loads, &assumed, &trained), options, &mut report)?;
+            sampled((shell, known, &columns), (&loads, &assumed, &trained), (options, effort), &mut report)?;
         let shapes = loads.shapes(shell, &columns, (modes, &trained));
-        let sources =
-            polynomial::Sources { shell, columns: &columns, assumed: &assumed, shapes: &shapes, stiffness: &stiffness };
+        let (columns, assumed, shapes, stiffness) = (&columns[..], &assumed, &shapes[..], &stiffness);
+        let sources = polynomial::Sources { shell, columns, assumed, shapes, gains: effort.gains, stiffness };
         let polynomial = polynomial::make(&sources, &mut |share| report(0.9 + 0.07 * share))?;
         let assumed = assumed.at(&samples);
         let mut reduced = Self::assemble(shell, (modes.shapes.len(), fields), samples, assumed)?;
@@ -73,7 +75,7 @@ impl ReducedShell {
         reduced.set_output(shell, precision)?;
         if let Some(mut polynomial) = polynomial {
             let mut watch = |share| report(0.97 + 0.03 * share);
-            polynomial.gate = loads.gate((shell, &columns, &trained), (&polynomial, &reduced.energy), &mut watch)?;
+            polynomial.gate = loads.gate((shell, columns, &trained), (&polynomial, &reduced.energy), &mut watch)?;
             reduced.polynomial = Some(polynomial).filter(PolynomialEnergy::is_finite);
         }
         if !reduced.is_finite() {
@@ -145,13 +147,13 @@ fn require_support(shell: &Shell, modes: &Modes, options: &Options) -> Result<Op
 /// B√M, how many of the fields are the modes and the weight's, and how the membrane counts on them.
 fn basis_and_stresses(
     (loads, inputs, trained): (&TrainingLoads, &BasisInputs, &[TrainingPose]),
-    fields: usize,
+    (fields, effort): (usize, &Effort),
     watch: Watch,
 ) -> Result<(Mat<f64>, usize, Assumed)> {
     let poses: Vec<&[Vec3]> = trained.iter().map(|pose| &pose.displacement[..]).collect();
     let (basis, known) = inputs.basis(&poses, fields)?;
     let found = basis.ncols() - inputs.modes.shapes.len(); // all else goes by these: who asks for more than there are gets the same
-    let membrane_share = loads.membrane_share(inputs, trained, found, watch)?;
+    let membrane_share = loads.membrane_share(inputs, (trained, found, effort), watch)?;
     let stresses = inputs.stresses(&trained.iter().collect::<Vec<_>>(), found)?;
     Ok((basis, known, Assumed { stresses, membrane_share }))
 }
@@ -160,7 +162,7 @@ fn basis_and_stresses(
 fn sampled(
     (shell, known, columns): (&Arc<Shell>, usize, &[Vec<Vec3>]),
     (loads, assumed, trained): (&TrainingLoads, &Assumed, &[TrainingPose]),
-    options: &Options,
+    (options, effort): (&Options, &Effort),
     report: Watch,
 ) -> Result<(Samples, f64, DMatrix<f64>)> {
     let whole = vec![1.0; shell.energy.n_elements()];
@@ -172,12 +174,12 @@ fn sampled(
     if options.elements >= all.n_elements() {
         return Ok(((0u32..).zip(whole).collect(), 0.0, stiffness));
     }
-    let count = if options.elements > 0 { options.elements } else { MOST_ELEMENTS * columns.len() };
-    let tolerance = if options.elements > 0 { 0.0 } else { TOLERANCE };
-    let poses = loads.poses((shell, assumed), columns, trained, &mut |share| report(0.6 + 0.1 * share))?;
+    let count = if options.elements > 0 { options.elements } else { effort.most * columns.len() };
+    let tolerance = if options.elements > 0 { 0.0 } else { effort.tolerance };
+    let poses = loads.poses((shell, assumed, effort), columns, trained, &mut |share| report(0.6 + 0.1 * share))?;
     let mut watch = |share| report(0.7 + 0.2 * share);
     let of = (&stiffness, known);
-    let (weights, fit) = sampling::sample(shell, &all, of, (&poses, count, tolerance), &mut watch)?;
+    let (weights, fit) = sampling::sample(shell, &all, of, (&poses, effort), (count, tolerance), &mut watch)?;
     Ok(((0u32..).zip(weights).filter(|(_, w)| *w > 0.0).collect(), fit, stiffness))
 }
 

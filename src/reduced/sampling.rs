@@ -14,6 +14,7 @@
 
 mod nonnegative;
 
+use super::effort::Effort;
 use super::elastic::Scratch;
 use super::energy::{Forces, ReducedEnergy};
 use crate::{Error, ErrorKind, Result, Shell, Vec3, threads};
@@ -22,11 +23,6 @@ use faer::{Mat, MatMut, MatRef, Par};
 use nalgebra::{Cholesky, DMatrix, DVector};
 use nonnegative::nonnegative;
 
-/// Entries of the system at most: of the elements of a large mesh, an even choice is looked at. All of them have an exact solution, the
-/// weights 1; two thirds of the hat's 8,920 leave 15 % at least.
-const ENTRIES: usize = 80_000_000;
-/// Random vectors that the rest stiffness is tried on.
-const PROBES: usize = 12;
 /// How much more the rest stiffness of a mode, or of what the weight does to first order, counts than a pose.
 const MODE: f64 = 5.0;
 /// Of the shell's width, how far differences move it: their error is about the square of what that turns, rounding 1e-16 over it.
@@ -47,30 +43,31 @@ pub fn sample(
     shell: &Shell,
     all: &ReducedEnergy,
     (stiffness, modes): (&DMatrix<f64>, usize),
-    (poses, wanted, tolerance): (&[Vec<f64>], usize, f64),
+    (poses, effort): (&[Vec<f64>], &Effort),
+    (wanted, tolerance): (usize, f64),
     watch: &mut dyn FnMut(f64) -> Result<()>,
 ) -> Result<(Vec<f64>, f64)> {
     let n_elements = all.n_elements() - all.n_yielding();
     let singular = || Error::new(ErrorKind::Numerical, "the reduced rest stiffness is not positive definite");
     let lower = Cholesky::new(stiffness.clone()).ok_or_else(singular)?.l();
-    let rows = (all.n() + all.n_stresses()) * (poses.len() + PROBES + modes);
-    let candidates = n_elements.min(ENTRIES / rows);
+    let blocks = poses.len() + effort.probes + modes;
+    let rows = (all.n() + all.n_stresses()) * blocks;
+    let candidates = n_elements.min(effort.entries / rows);
     let picked: Vec<usize> = (0..candidates).map(|k| k * n_elements / candidates).collect();
     let mut column = vec![usize::MAX; all.n_elements()];
     picked.iter().enumerate().for_each(|(c, &e)| column[e] = c);
-    let blocks = poses.len() + PROBES + modes;
     let lower = Mat::from_fn(all.n(), all.n(), |i, j| lower[(i, j)]);
     let (a, b, scales) = (vec![0.0; rows * picked.len()], DVector::zeros(rows), vec![1.0; blocks]);
     let mut system = System { all, n_elements, lower, column, a, b, scales };
     system.add_poses(poses);
-    let probes = system.probes(stiffness, modes);
+    let probes = system.probes(stiffness, [effort.probes, modes]);
     match all.is_stressed() {
         true => system.add_stressed_probes(&probes, poses.len()),
         false => system.add_probes(shell, &probes, poses.len()),
     }
     system.scale();
     // Every pose, random vector and mode alike.
-    let heavy = system.block() * (poses.len() + PROBES);
+    let heavy = system.block() * (poses.len() + effort.probes);
     let left = |residual: &DVector<f64>| {
         let (own, modes) = (residual.rows(0, heavy), residual.rows(heavy, rows - heavy));
         (own.norm_squared() + modes.norm_squared() / (MODE * MODE)).sqrt()
@@ -195,11 +192,11 @@ impl System<'_> {
     }
 
     /// Random vectors, and modes.
-    fn probes(&self, stiffness: &DMatrix<f64>, modes: usize) -> Vec<DVector<f64>> {
+    fn probes(&self, stiffness: &DMatrix<f64>, [count, modes]: [usize; 2]) -> Vec<DVector<f64>> {
         let n = self.all.n();
         let mut random = Random::new();
         let scale = (1.0 / n as f64).sqrt();
-        let mut probes: Vec<DVector<f64>> = (0..PROBES)
+        let mut probes: Vec<DVector<f64>> = (0..count)
             .map(|_| DVector::from_fn(n, |_, _| scale * random.next()))
             .map(|probe| self.transposed(probe))
             .collect();

@@ -6,6 +6,7 @@ mod handles;
 mod loads;
 
 use super::basis::RestSolver;
+use super::effort::Effort;
 use super::polynomial::{Gate, PolynomialEnergy};
 use super::{Assumed, Elastic, LEAST_SHARE, Newton, Options, Potential, ReducedEnergy, Stop, basis, sampling, stress};
 use crate::modes::Modes;
@@ -121,10 +122,6 @@ pub(super) struct TrainingLoads {
 
 /// What directions are made of.
 const AXES: [Vec3; 3] = [Vec3::new(1.0, 0.0, 0.0), Vec3::new(0.0, 1.0, 0.0), Vec3::new(0.0, 0.0, 1.0)];
-/// Loads whose shapes samples are chosen for, the first of the list.
-const SAMPLED: usize = 26;
-/// Elements that the poses are found with, at most.
-const POSE_ELEMENTS: usize = 6000;
 /// When a search for them ends; and one from the shape that is to be found.
 const POSE: Stop = Stop { tolerance: 1e-2, iterations: 40, led: false, near: false, least: 0.0 };
 const TRIED: Stop = Stop { iterations: 12, ..POSE };
@@ -194,8 +191,7 @@ impl TrainingLoads {
     pub(super) fn membrane_share(
         &self,
         inputs: &BasisInputs,
-        trained: &[TrainingPose],
-        fields: usize,
+        (trained, fields, effort): (&[TrainingPose], usize, &Effort),
         watch: &mut dyn FnMut(f64) -> Result<()>,
     ) -> Result<f64> {
         let (shell, loads) = (inputs.shell, self.loads(inputs.shell));
@@ -216,7 +212,7 @@ impl TrainingLoads {
         let mut best = (f64::INFINITY, LEAST_SHARE);
         for (s, membrane_share) in MEMBRANE_SHARES.into_iter().enumerate() {
             assumed.membrane_share = membrane_share;
-            let energy = thinned(shell, &columns, &assumed);
+            let energy = thinned(shell, &columns, &assumed, effort);
             let hear = &mut |share| watch((s as f64 + share) / MEMBRANE_SHARES.len() as f64);
             let mut errors = each(
                 &tried,
@@ -281,14 +277,14 @@ impl TrainingLoads {
     /// Reduced equilibria for sampling to look at, and those that handles lead to.
     pub(super) fn poses(
         &self,
-        (shell, assumed): (&Shell, &Assumed),
+        (shell, assumed, effort): (&Shell, &Assumed, &Effort),
         columns: &[Vec<Vec3>],
         trained: &[TrainingPose],
         watch: &mut dyn FnMut(f64) -> Result<()>,
     ) -> Result<Vec<Vec<f64>>> {
-        let all = &thinned(shell, columns, assumed);
+        let all = &thinned(shell, columns, assumed, effort);
         let loads = self.loads(shell);
-        let full_strength: Vec<usize> = (0..self.list.len().min(SAMPLED)).collect();
+        let full_strength: Vec<usize> = (0..self.list.len().min(effort.sampled)).collect();
         let poses = each(
             &full_strength,
             watch,
@@ -349,9 +345,9 @@ pub(super) fn projected(shell: &Shell, columns: &[Vec<Vec3>], u: &[Vec3]) -> Vec
 }
 
 /// The energy on all elements, of a large mesh on an even choice: what is found with it need not be exact.
-fn thinned(shell: &Shell, columns: &[Vec<Vec3>], assumed: &Assumed) -> ReducedEnergy {
+fn thinned(shell: &Shell, columns: &[Vec<Vec3>], assumed: &Assumed, effort: &Effort) -> ReducedEnergy {
     let n_elements = shell.energy.n_elements();
-    let every = n_elements.div_ceil(POSE_ELEMENTS);
+    let every = n_elements.div_ceil(effort.pose_elements);
     let weights: Vec<f64> = (0..n_elements).map(|e| if e % every == 0 { every as f64 } else { 0.0 }).collect();
     let mut all = ReducedEnergy::new(shell, columns, &weights);
     let weights = vec![every as f64; all.n_elements()];

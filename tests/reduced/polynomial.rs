@@ -455,7 +455,7 @@ fn affine(shell: &Shell) -> Vec<Vec<Vec3>> {
 fn made(shell: &Shell, columns: &[Vec<Vec3>], assumed: &Assumed) -> PolynomialEnergy {
     let shapes: Vec<Vec<f64>> = (0..6).map(|s| bent(columns.len(), 0.1 + 0.1 * f64::from(s))).collect();
     let stiffness = DMatrix::zeros(columns.len(), columns.len()); // of none of these fields is it known
-    let sources = Sources { shell, columns, assumed, shapes: &shapes, stiffness: &stiffness };
+    let sources = Sources { shell, columns, assumed, shapes: &shapes, gains: 10_000_000, stiffness: &stiffness };
     make(&sources, &mut |_| Ok(())).unwrap().unwrap()
 }
 

@@ -29,6 +29,7 @@ use crate::{Mesh, Vec3, threads};
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
 use nalgebra::{DMatrix, DVector};
+use pulp::Arch;
 use std::collections::HashMap;
 
 /// Rest angle, rad, from which the diagonal counts; below, its ∇y is nearly that of the edges.
@@ -324,7 +325,7 @@ pub fn hessians(bends: &[Bend], rows: &Rows) -> [DMatrix<f64>; 2] {
 
 /// C₃: what det(e, p, s) counts, times its polar form.
 pub fn cubic(bends: &[Bend], rows: &Rows) -> Vec<DMatrix<f64>> {
-    let n = rows.n;
+    let (n, arch) = (rows.n, Arch::new());
     let triangle = n * (n + 1) / 2;
     let told = |bend: &Bend, places: &[usize; 4]| places.map(|place| bend.vertices[place]);
     let of = |bend: &Bend| bend.turning.iter().map(|(at, turn)| (told(bend, at), *turn)).collect::<Vec<_>>();
@@ -343,7 +344,7 @@ pub fn cubic(bends: &[Bend], rows: &Rows) -> Vec<DMatrix<f64>> {
                 rows.difference([*a, *c], &mut p);
                 rows.difference([*a, *d], &mut s);
                 e.iter_mut().for_each(|e| *e *= turn);
-                cross(&p, &s, crossed);
+                arch.dispatch(|| cross(&p, &s, crossed));
             }
             let lines = 3 * some.len();
             let e = MatRef::from_row_major_slice(&e[..lines * n], lines, n);
@@ -364,6 +365,7 @@ pub fn cubic(bends: &[Bend], rows: &Rows) -> Vec<DMatrix<f64>> {
 }
 
 /// p × s of fields j ≤ i, made symmetric: the lower triangles of the three axes.
+#[inline(always)]
 fn cross(p: &[f64], s: &[f64], out: &mut [f64]) {
     let (n, triangle) = (p.len() / 3, out.len() / 3);
     for (axis, out) in out.chunks_exact_mut(triangle.max(1)).enumerate() {

@@ -27,8 +27,6 @@ const CORRECTIONS: usize = 4;
 /// Shapes that are mixed of two others, and how much of either there is, at most.
 const MIXED: usize = 200;
 const MOST: [f64; 2] = [1.0, 0.7];
-/// Pairs times shapes, at most, beyond the shapes that are given.
-const GAINS: usize = 10_000_000;
 /// φ of a negative weight is near s² up to this multiple of the largest s of the shapes.
 const BEYOND: f64 = 3.0;
 /// Of the stiffness at rest that bending and the membrane's forms have, the least that the polynomial has along any direction. Where fields stretch
@@ -51,6 +49,8 @@ pub struct Sources<'a> {
     pub assumed: &'a Assumed,
     /// Shapes q that the shell is likely to take.
     pub shapes: &'a [Vec<f64>],
+    /// Pairs times shapes, at most, beyond those.
+    pub gains: usize,
     /// At rest, of all elements.
     pub stiffness: &'a DMatrix<f64>,
 }
@@ -99,7 +99,7 @@ fn coefficients(sources: &Sources, told: &Told, watch: &mut dyn FnMut(f64) -> Re
     let Sources { shell, columns, assumed, .. } = *sources;
     let Told { strains, bends, images, pairs } = told;
     let (rows, rest) = (Rows::new(columns, images), with_images(&shell.mesh.positions, images));
-    let shapes = mixed(sources.shapes, pairs.len());
+    let shapes = mixed(sources.shapes, sources.gains / pairs.len().max(1));
     let gains = Gains::new(&rest, pairs, &rows, &shapes);
     watch(0.1)?;
     let (corrections, signs) = corrections(bends, &gains, pairs.len())?;
@@ -177,11 +177,11 @@ fn bound(strained: &Mat<f64>, form: usize) -> f64 {
 }
 
 /// The shapes, and sums of parts of two of them.
-fn mixed(shapes: &[Vec<f64>], pairs: usize) -> Vec<Vec<f64>> {
+fn mixed(shapes: &[Vec<f64>], most: usize) -> Vec<Vec<f64>> {
     let mut random = Random::new();
     let mut all = shapes.to_vec();
     if !shapes.is_empty() {
-        for _ in 0..MIXED.min(GAINS / pairs.max(1)) {
+        for _ in 0..MIXED.min(most) {
             let mut share = || 0.5 + 0.5 * random.next();
             let [i, j] = [share(), share()].map(|x| ((x * shapes.len() as f64) as usize).min(shapes.len() - 1));
             let [a, b] = [MOST[0] * share(), MOST[1] * share()];
