@@ -743,7 +743,7 @@ typedef struct SwPrecomputeDesc {
   double handle_speed;
   // Seconds that the training by reduced_poses may take, from the end of the modes' work to the end
   // of the precompute; 0 = any. No further equilibrium is sought once what follows would end later,
-  // by an estimate to about a fifth; a tenth of the time is for equilibria in any case. Where what
+  // by an estimate to about a third; a tenth of the time is for equilibria in any case. Where what
   // follows would take more than half of the time, it is a look: samples and the polynomial are
   // then fitted to about a quarter of the examples. What even that takes is not cut. What is found
   // in time depends on the machine and its load, and with it the fields: reduced_poses alone gives
