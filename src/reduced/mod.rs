@@ -66,7 +66,7 @@ pub struct Options {
     pub poses: usize,
     /// The strength of the gravity that scenes will have; 0 for what bends the shell by a quarter of its size to first order.
     pub gravity: f64,
-    /// Seconds that all of the training may take, about: equilibria that are not found in time for the rest are left out ([`effort::Budget`]).
+    /// Seconds that all of the training may take, about: equilibria that are not found in time for the rest are left out (`effort`).
     pub seconds: f64,
     /// The same as a multiple of the time that the modes took.
     pub mode_searches: f64,
