@@ -140,7 +140,7 @@ impl Size {
         elements * (2.0 * modes + 1.0) * (300.0 + 20.0 * modes) + 0.06 * multiplications + 0.2 * columns * entries
     }
 
-    /// Nanoseconds by one thread of what comes after them, by leaves of 472 to 6,925 vertices and the dinosaur: to a fifth.
+    /// Nanoseconds by one thread of what comes after them, about; fitted to leaves of 472 to 6,925 vertices and the dinosaur.
     fn after(&self, effort: &Effort) -> f64 {
         let Self { elements, vertices, modes, fields, .. } = *self;
         let (sampled, probes, squared) = (effort.sampled as f64, effort.probes as f64 + 3.0 + modes, fields * fields);

@@ -17,3 +17,13 @@ pub const NOTHING: f64 = 1e-3;
 pub const RESOLVED: f64 = 0.5;
 /// Stages in a row that stand, at most.
 pub const RELAXING: usize = 4;
+
+/// What became of the two stages of a reduced shell's step.
+pub struct Stages {
+    /// The first relaxed and stands, and there is no second.
+    pub stands: bool,
+    /// Whether the searches converged.
+    pub converged: bool,
+    /// Work of the constraints.
+    pub work: f64,
+}

@@ -103,8 +103,9 @@ fn one_step_a_frame_catches_up_where_a_shell_snaps() {
         errors.push([own, alone, off(&state, 1)]);
     }
     println!("{errors:?}");
-    // The reduced shell goes to another branch at the snap. Of eight trainings (16 to 26 equilibria, 20 to 28 fields) all were 40 % off from there on with a step alone, and
-    // at most 14 % after the half dozen frames by steps that go on; at the nearest 1.2 %. One of them came to rest 12 % off.
+    // The reduced shell goes to another branch at the snap. Eight trainings were tried, of 16 to 26 equilibria and 20 to 28 fields. With a step alone
+    // all were 40 % off from there on. By steps that go on they were at most 14 % off after the half dozen frames, and at the nearest 1.2 %. One came
+    // to rest 12 % off.
     assert!(
         errors[LATER..].iter().all(|[own, alone, on]| *own > 0.2 && *alone > 0.2 && *on < 0.5 * alone),
         "{errors:?}"

@@ -8,18 +8,8 @@ use super::{At, Floating};
 use crate::load::BodyLoad;
 use crate::methods::Acting;
 use crate::reduced::sum_of;
-use crate::step::stages::{GAMMA, NOTHING, ONWARD, RELAXING, RESOLVED, SUDDEN};
+use crate::step::stages::{GAMMA, NOTHING, ONWARD, RELAXING, RESOLVED, SUDDEN, Stages};
 use crate::{Error, ErrorKind, Result};
-
-/// What became of two stages.
-struct Stages {
-    /// The first relaxed and stands, and there is no second.
-    stands: bool,
-    /// Whether the searches did.
-    converged: bool,
-    /// Of constraints.
-    work: f64,
-}
 
 impl Floating {
     /// One step of `h`. Changes nothing on failure.

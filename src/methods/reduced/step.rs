@@ -23,7 +23,7 @@ use super::{At, Coordinates, Reduced};
 use crate::load::BodyLoad;
 use crate::methods::Acting;
 use crate::reduced::{Form, Joined, Potential, ReducedShell, Stop, sum_of};
-use crate::step::stages::{GAMMA, NOTHING, ONWARD, RELAXING, RESOLVED, SUDDEN};
+use crate::step::stages::{GAMMA, NOTHING, ONWARD, RELAXING, RESOLVED, SUDDEN, Stages};
 use crate::{Error, ErrorKind, Result};
 
 /// A step moves on at this, an energy of 1e-10 of what the loads do; the Newton step that shows it is still taken.
@@ -60,16 +60,6 @@ enum Damped {
     /// Modes alone.
     Modes,
     All,
-}
-
-/// What became of two stages.
-struct Stages {
-    /// The first relaxed and stands, and there is no second.
-    stands: bool,
-    /// Whether the searches did.
-    converged: bool,
-    /// Of constraints.
-    work: f64,
 }
 
 impl Reduced {

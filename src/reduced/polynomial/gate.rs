@@ -34,7 +34,7 @@ pub struct Gate {
     /// The largest |q| up to which the polynomial is as good as the samples, by the equilibria up to there: the reach where it holds, 0 where
     /// it is so nowhere.
     pub range: f64,
-    /// What it may miss although samples miss less. Not saved: it follows from the energy.
+    /// The relative error that it may have although samples have less. Not saved: it follows from the energy.
     pub unseen: f64,
 }
 

@@ -6,6 +6,7 @@ use crate::{AT, Contender, NEARLY, SAME, median};
 use shellwarp::state::Method;
 
 /// Errors of a contender under a load, the paper's, that after `State::fall_back`, and that after two Newton steps of the full shell.
+#[derive(Clone, Copy)]
 pub struct Measured {
     pub own: f64,
     pub paper: f64,
@@ -52,19 +53,13 @@ impl Pool {
         }
         let aimed = case.aim == AT;
         let hit = aimed && case.came_near();
-        let entry = |Measured { own, paper, after, two }: &Measured| Entry {
-            scene: scene.key,
-            measured: Measured { own: *own, paper: *paper, after: *after, two: *two },
-            aimed,
-            hit,
-        };
         let mut put = |row: Row| {
             let at = self.rows.iter().position(|(spec, of, _)| *spec == contender.spec && *of == row);
             let at = at.unwrap_or_else(|| {
                 self.rows.push((contender.spec.clone(), row, vec![]));
                 self.rows.len() - 1
             });
-            self.rows[at].2.push(entry(&measured));
+            self.rows[at].2.push(Entry { scene: scene.key, measured, aimed, hit });
         };
         if matches!(contender.method, Method::PolynomialShell | Method::ReducedShell) {
             put(Row::Form(contender.method));
