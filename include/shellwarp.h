@@ -742,12 +742,12 @@ typedef struct SwPrecomputeDesc {
   // the modes beside them.
   double handle_speed;
   // Seconds that the training by reduced_poses may take, from the end of the modes' work to the end
-  // of the precompute; 0 = any. No further equilibrium is sought once what follows would end later.
-  // That is estimated: trainings were measured to take up to two fifths more. A tenth of the time
-  // is for equilibria in any case. Where what follows would take more than half of the time,
-  // samples and the polynomial are fitted to about a quarter of the examples; it is not cut
-  // further. What is found in time depends on the machine and its load, and with it the fields:
-  // reduced_poses alone gives the same ones every time.
+  // of the precompute; 0 = any. No further equilibrium is sought once what follows would end later,
+  // and none where that leaves less time than what came before took. What follows is estimated:
+  // trainings were measured to take up to two fifths more. Where it would take more than half of
+  // the time, samples and the polynomial are fitted to a quarter of the examples or fewer; it is
+  // not cut further. What is found in time depends on the machine and its load, and with it the
+  // fields: reduced_poses alone gives the same ones every time.
   double reduced_seconds;
   // The same as a multiple of the time that the modes took; 0 = any.
   double reduced_mode_searches;

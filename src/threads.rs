@@ -6,10 +6,9 @@
 //! that are done, each with as many.
 
 mod items;
-pub mod ledger;
 mod tasks;
 
-pub use items::{map, parts, share_items};
+pub use items::{Watch, both, map, parts, share_items};
 pub use tasks::{Tasks, WaitFor, lists};
 
 use crate::{Error, ErrorKind, Result};
@@ -296,17 +295,6 @@ pub fn for_each_long<T: Send, W>(
     watch: &mut dyn FnMut(usize) -> Result<()>,
 ) -> Result<()> {
     let (n_items, outcome) = (items.len(), Outcome::default());
-    if ledger::is_open() {
-        let mut own = make()?;
-        let (mut done, mut worked) = (0, Ok(()));
-        ledger::each(items, |item| {
-            if worked.is_ok() {
-                worked = body(&mut own, item, &mut || watch(done));
-                done += 1;
-            }
-        });
-        return worked;
-    }
     let queue = Mutex::new(items.iter_mut());
     let next = || queue.lock().unwrap_or_else(PoisonError::into_inner).next();
     let work = |go_on: GoOn| -> Result<()> {
@@ -317,8 +305,7 @@ pub fn for_each_long<T: Send, W>(
         }
         Ok(())
     };
-    let count = THREADS.read().unwrap_or_else(PoisonError::into_inner).count();
-    let workers = count.min(most).min(n_items).max(1) - 1;
+    let workers = idle().min(most).min(n_items).max(1) - 1;
     let crew = Arc::new(AtomicUsize::new(workers + 1));
     std::thread::scope(|scope| {
         for k in 0..workers {
@@ -384,7 +371,7 @@ pub fn for_each<T: Send>(items: &mut [T], nanoseconds: impl Fn(&T) -> u64 + Send
 /// How many threads would share work of so many nanoseconds now, the caller included.
 pub fn sharers(nanoseconds: u64) -> usize {
     let pays = usize::try_from(nanoseconds / WORTHWHILE).unwrap_or(usize::MAX);
-    if pays < 2 || ledger::is_open() { 1 } else { idle().min(pays).max(1) }
+    if pays < 2 { 1 } else { idle().min(pays).max(1) }
 }
 
 /// Calls `body` on this thread and on as many others as pays for work of so many nanoseconds, at once, and returns when all have. Each is told how many

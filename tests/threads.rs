@@ -135,6 +135,36 @@ fn the_last_of_long_work_share_alike_with_threads_that_are_done() {
     assert_eq!(inside.map(AtomicUsize::into_inner), [4, 4]);
 }
 
+/// What two works tell is heard on the calling thread; an error of either, or of who hears, ends both.
+fn two_works_are_done_and_heard_of_on_the_calling_thread() {
+    let caller = std::thread::current().id();
+    let run = |failing: usize, most: f64| {
+        let mut shares = vec![];
+        let work = |k: usize| {
+            move |watch: threads::Watch| {
+                (1..5).try_for_each(|step| watch(f64::from(step) / 4.0))?;
+                if k == failing { Err(Error::new(ErrorKind::Numerical, "that one")) } else { Ok(k) }
+            }
+        };
+        let outcome = threads::both(work(1), work(2), &mut |share| {
+            assert_eq!(std::thread::current().id(), caller);
+            shares.push(share);
+            if share > most { Err(Error::new(ErrorKind::Cancelled, "enough")) } else { Ok(()) }
+        });
+        assert!(shares.is_sorted() && shares.iter().all(|share| (0.0..=1.0).contains(share)), "{shares:?}");
+        let stopped = shares.last().is_some_and(|share| *share > most);
+        (outcome.map_err(|error| error.kind), stopped)
+    };
+    for count in [1, 2, 5] {
+        assert!(set_threads(count));
+        assert_eq!(run(0, 2.0).0, Ok((1, 2)), "{count} threads");
+        assert_eq!([1, 2].map(|failing| run(failing, 2.0).0), [Err(ErrorKind::Numerical); 2], "{count} threads");
+        let (outcome, stopped) = run(0, 0.1); // not stopped where another thread did both before this one heard
+        assert_eq!(outcome, if stopped { Err(ErrorKind::Cancelled) } else { Ok((1, 2)) }, "{count} threads");
+        assert!(stopped || count > 1);
+    }
+}
+
 /// Shells whose factors and elements are shared: the paper's energy on one that hangs by a side, Koiter's on one that slides along two.
 fn large() -> Vec<Arc<Shell>> {
     let (positions, triangles) = equilateral_sheet(44, 44, 1.0 / 44.0);
@@ -316,6 +346,7 @@ fn the_pool_visits_all_once_to_the_same_bits_and_comes_and_goes_as_asked() {
     }
 
     long_work_is_done_once_and_heard_of_on_the_calling_thread();
+    two_works_are_done_and_heard_of_on_the_calling_thread();
     assert!(set_threads(1));
     let alone = trained();
     for count in [2, 5] {

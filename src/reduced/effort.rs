@@ -2,7 +2,7 @@
 //!
 //! What comes before the equilibria is timed, and what comes after them is estimated: by its operations, at the pace of what was timed. So the
 //! estimate knows the machine, its load, and about how many threads there are. Where the rest would leave the equilibria too little, the training is
-//! a look: of all that is chosen by examples it has about a quarter.
+//! a look: of all that is chosen by examples it has a quarter or less.
 
 use super::TOLERANCE;
 use super::basis::RestSolver;
@@ -21,6 +21,8 @@ pub struct Effort {
     pub entries: usize,
     /// Pairs times shapes that the polynomial is fitted to, at most, beyond the shapes that are given.
     pub gains: usize,
+    /// Of the elements that samples are chosen among alone forces are computed, and the sum over all is that of the whole; else it is a sum of each's.
+    pub by_totals: bool,
     /// Random vectors that the rest stiffness is tried on.
     pub probes: usize,
     /// The most samples where their number is not given, as a multiple of the fields; and what they may leave out of the forces that they are chosen by.
@@ -34,6 +36,7 @@ pub const FULL: Effort = Effort {
     pose_elements: 6000,
     entries: 80_000_000,
     gains: 10_000_000,
+    by_totals: false,
     probes: 12,
     most: 16,
     tolerance: TOLERANCE,
@@ -43,14 +46,15 @@ pub const LOOK: Effort = Effort {
     sampled: 8,
     pose_elements: 1500,
     entries: 10_000_000,
-    gains: 2_500_000,
+    gains: 600_000,
+    by_totals: true,
     probes: 6,
     most: 10,
     tolerance: 3.0 * TOLERANCE,
 };
 
-/// Of the seconds, what equilibria may take at least, however long the rest.
-const LEAST: f64 = 0.1;
+/// Equilibria are sought where they may take at least this multiple of what came before them: none of a large mesh is found sooner.
+const LEAST: f64 = 1.0;
 /// Of what is left after the derivatives, what the rest may take before the training is a look.
 const MOST: f64 = 0.5;
 /// Equilibria end up to an iteration late: how much more than what is left the rest may take before it is that of a look after all.
@@ -93,7 +97,8 @@ impl Budget {
 /// follows them, in full and of a look.
 fn equilibria_end(seconds: f64, spent: f64, [full, look]: [f64; 2]) -> f64 {
     let rest = if full <= MOST * (seconds - spent) { full } else { look };
-    (seconds - rest).max(spent + LEAST * seconds)
+    let end = seconds - rest;
+    if end - spent < LEAST * spent { spent } else { end }
 }
 
 /// What is done of the rest with so many seconds left, where all of it takes `full`.
@@ -149,7 +154,10 @@ impl Size {
         let shapes = 2.0 * modes + (effort.gains as f64 / (3.0 * vertices)).min(200.0);
         let basis = elements * (squared + 40.0 * modes * modes);
         let searches = squared * (1.7 * sampled * elements.min(effort.pose_elements as f64) + 0.5 * elements);
-        let system = elements * (400.0 * sampled + 320.0 * probes) + 8.0 * entries;
+        let of_each = |count: f64| count * (400.0 * sampled + 320.0 * probes);
+        let of_whole = 150.0 * elements * sampled;
+        let system =
+            if effort.by_totals { of_whole + of_each(entries / rows) } else { of_each(elements) } + 8.0 * entries;
         let choice = 20.0 * entries + 10.0 * rows * squared;
         let polynomial = vertices * (62.0 * squared + 340.0 * shapes);
         basis + searches + system + choice + polynomial
@@ -164,8 +172,9 @@ mod tests {
     fn equilibria_have_what_the_rest_leaves_of_the_seconds() {
         assert_eq!(equilibria_end(10.0, 1.0, [4.0, 2.0]), 6.0); // all of the rest takes less than half of nine
         assert_eq!(equilibria_end(10.0, 1.0, [5.0, 2.0]), 8.0); // so a look it is
-        assert_eq!(equilibria_end(3.0, 1.0, [8.0, 2.0]), 1.3); // a tenth, though nothing is left
-        assert_eq!(equilibria_end(3.0, 5.0, [8.0, 2.0]), 5.3);
+        assert_eq!(equilibria_end(4.0, 1.0, [8.0, 2.0]), 2.0);
+        assert_eq!(equilibria_end(3.9, 1.0, [8.0, 2.0]), 1.0); // none is found within what is left
+        assert_eq!(equilibria_end(3.0, 5.0, [8.0, 2.0]), 5.0);
         assert_eq!(equilibria_end(f64::INFINITY, 1.0, [4.0, 2.0]), f64::INFINITY);
     }
 

@@ -324,7 +324,17 @@ impl ReducedEnergy {
 
     /// Room for one evaluation at a time.
     pub fn scratch(&self) -> Scratch {
+        self.room(true)
+    }
+
+    /// Room for one evaluation at a time of values, gradients and forces, without that for Hessians, which is most of it.
+    pub fn placing(&self) -> Scratch {
+        self.room(false)
+    }
+
+    fn room(&self, hessians: bool) -> Scratch {
         let zeros = vec![Vec3::zeros(); self.rest.len()];
+        let of = |count: usize| if hessians { count } else { 0 };
         Scratch::Sampled(Box::new(Room {
             q: (0..self.stride).map(|k| if k < self.n { f64::NAN } else { 0.0 }).collect(),
             shapes: 0,
@@ -336,11 +346,11 @@ impl ReducedEnergy {
             resultants: vec![0.0; self.n_stresses],
             gradient: zeros,
             sum: vec![0.0; self.stride],
-            blocks: vec![Mat3::zeros(); self.groups.iter().map(|(_, k)| k * k).sum()],
-            lines: vec![0.0; self.elements.len() * self.stride],
-            coupling: vec![0.0; self.n_stresses * self.stride],
-            product: vec![0.0; self.rows.len()],
-            square: vec![0.0; self.stride * self.stride],
+            blocks: vec![Mat3::zeros(); of(self.groups.iter().map(|(_, k)| k * k).sum())],
+            lines: vec![0.0; of(self.elements.len() * self.stride)],
+            coupling: vec![0.0; of(self.n_stresses * self.stride)],
+            product: vec![0.0; of(self.rows.len())],
+            square: vec![0.0; of(self.stride * self.stride)],
         }))
     }
 
@@ -470,13 +480,15 @@ impl ReducedEnergy {
         }
     }
 
-    /// Hands Bᵀb of each element's rest row b to `visit`, in order. Of an energy on all elements of the shell.
-    pub fn visit_rest_rows(&self, shell: &Shell, mut visit: impl FnMut(usize, &[f64])) {
+    /// Hands Bᵀb of the rest row b of each `wanted` element to `visit`, in order. Of an energy on all elements of the shell.
+    pub fn visit_rest_rows(&self, shell: &Shell, wanted: impl Fn(usize) -> bool, mut visit: impl FnMut(&[f64])) {
         let mut sum = vec![0.0; self.stride];
         let mut e = 0;
         shell.energy.visit_rest_rows(&mut |(_, row)| {
-            products::project_row(&self.rows, (&self.elements[e].0, row), &mut sum);
-            visit(e, &sum[..self.n]);
+            if wanted(e) {
+                products::project_row(&self.rows, (&self.elements[e].0, row), &mut sum);
+                visit(&sum[..self.n]);
+            }
             e += 1;
         });
     }
@@ -508,6 +520,21 @@ impl ReducedEnergy {
         self.resist(strain, &mut stress, &mut resultants);
         stress
     }
+
+    /// σ of an element for its strain, where Sᵀε is `along` for all.
+    pub fn stress_along(&self, e: usize, strain: f64, along: &[f64]) -> f64 {
+        if e >= self.membrane || self.n_stresses == 0 {
+            return strain;
+        }
+        let own = self.membrane_share;
+        own * strain + (1.0 - own) * products::dot(self.stress_row(e), along)
+    }
+
+    /// ∂(Sᵀε)/∂q (stresses × stride) where the last Hessian was.
+    pub fn coupling(&self, scratch: &mut Scratch) -> Vec<f64> {
+        let root = (1.0 - self.membrane_share).sqrt();
+        scratch.sampled().coupling.iter().map(|c| c / root).collect()
+    }
 }
 
 /// Bᵀ∇E of each element somewhere, and its strain.
@@ -523,6 +550,20 @@ impl Forces<'_> {
         products::project_row(&self.energy.rows, (vertices, &self.room.strain_rows[element][..*k]), out);
         out.iter_mut().for_each(|out| *out *= self.room.stress[element]);
         self.room.strain[element]
+    }
+
+    /// That of all elements (n), and behind it Sᵀε.
+    pub fn sum(&self) -> Vec<f64> {
+        let Self { energy, room } = self;
+        let mut gradient = vec![Vec3::zeros(); energy.rest.len()];
+        for (((vertices, k), row), stress) in energy.elements.iter().zip(&room.strain_rows).zip(&room.stress) {
+            vertices[..*k].iter().zip(row).for_each(|(&v, row)| gradient[v as usize] += *stress * row);
+        }
+        let mut sum = vec![0.0; energy.stride];
+        energy.arch.dispatch(|| products::project(&energy.rows, &gradient, &mut sum));
+        sum.truncate(energy.n);
+        sum.extend(&room.resultants);
+        sum
     }
 }
 

@@ -4,17 +4,17 @@
 use super::basis::RestSolver;
 use super::effort::{Budget, Effort, Size};
 use super::training::{BasisInputs, TrainingLoads, TrainingPose};
-use super::{AnyFields, Assumed, Fields, MAX_FIELDS, Options, ReducedEnergy, ReducedShell, free_motions};
+use super::{AnyFields, Assumed, Fields, MAX_FIELDS, Options, ReducedShell, free_motions};
 use super::{basis, polynomial, sampling, unpacked, with_fields};
-use crate::energy::Curvature;
 use crate::features::{self, Feature, Proof};
 use crate::modes::{Modes, Phase, Progress};
 use crate::precision::Precision;
 use crate::reference::FreeMotions;
+use crate::threads::{self, Watch};
 use crate::{Error, ErrorKind, Result, Shell, Vec3};
 use faer::Mat;
-use nalgebra::DMatrix;
 use polynomial::PolynomialEnergy;
+use sampling::Whole;
 use std::sync::Arc;
 
 /// Of an optional reduced shell: iterations of its training and equilibria that it finds, at least.
@@ -23,9 +23,6 @@ const LEAST_JUDGED: usize = 4;
 
 /// Elements by the number of their rest rows, with their weights.
 type Samples = Vec<(u32, f64)>;
-
-/// Hears of the share of the work that is done.
-type Watch<'a> = &'a mut dyn FnMut(f64) -> Result<()>;
 
 impl ReducedShell {
     /// On `modes` of `shell`, with the vertices that handles will hold.
@@ -60,14 +57,23 @@ impl ReducedShell {
         let mut watch = |share| report(0.5 + 0.1 * share);
         let (basis, known, assumed) =
             basis_and_stresses((&loads, &inputs, &trained), (options.fields, effort), &mut watch)?;
+        report(0.6)?;
         let fields = stored(shell, &basis, precision)?;
         let columns = unpacked(shell, &fields);
-        let (samples, fit, stiffness) =
-            sampled((shell, known, &columns), (&loads, &assumed, &trained), (options, effort), &mut report)?;
-        let shapes = loads.shapes(shell, &columns, (modes, &trained));
-        let (columns, assumed, shapes, stiffness) = (&columns[..], &assumed, &shapes[..], &stiffness);
-        let sources = polynomial::Sources { shell, columns, assumed, shapes, gains: effort.gains, stiffness };
-        let polynomial = polynomial::make(&sources, &mut |share| report(0.9 + 0.07 * share))?;
+        let (columns, assumed) = (&columns[..], &assumed);
+        let whole = Whole::new(shell, columns, assumed);
+        let ((samples, fit), polynomial) = threads::both(
+            |watch| {
+                let trained = (&loads, assumed, &trained[..]);
+                sampled((shell, columns), (&whole, known), trained, (options, effort), watch)
+            },
+            |watch| {
+                let (shapes, stiffness) = (&loads.shapes(shell, columns, (modes, &trained))[..], &whole.stiffness);
+                let sources = polynomial::Sources { shell, columns, assumed, shapes, gains: effort.gains, stiffness };
+                polynomial::make(&sources, watch)
+            },
+            &mut |share| report(0.6 + 0.37 * share),
+        )?;
         let assumed = assumed.at(&samples);
         let mut reduced = Self::assemble(shell, (modes.shapes.len(), fields), samples, assumed)?;
         reduced.fit = fit;
@@ -150,37 +156,33 @@ fn basis_and_stresses(
     (fields, effort): (usize, &Effort),
     watch: Watch,
 ) -> Result<(Mat<f64>, usize, Assumed)> {
+    watch(0.0)?;
     let poses: Vec<&[Vec3]> = trained.iter().map(|pose| &pose.displacement[..]).collect();
     let (basis, known) = inputs.basis(&poses, fields)?;
     let found = basis.ncols() - inputs.modes.shapes.len(); // all else goes by these: who asks for more than there are gets the same
-    let membrane_share = loads.membrane_share(inputs, (trained, found, effort), watch)?;
-    let stresses = inputs.stresses(&trained.iter().collect::<Vec<_>>(), found)?;
-    Ok((basis, known, Assumed { stresses, membrane_share }))
+    let assumed = loads.assumed(inputs, (trained, found, effort), watch)?;
+    Ok((basis, known, assumed))
 }
 
-/// Samples by the number of their rest rows, with their weights, and what these leave of the forces; and the stiffness at rest of all elements.
+/// Samples by the number of their rest rows, with their weights, and what these leave of the forces of all; the first `known` of the fields are modes
+/// and what the weight does to first order.
 fn sampled(
-    (shell, known, columns): (&Arc<Shell>, usize, &[Vec<Vec3>]),
+    (shell, columns): (&Shell, &[Vec<Vec3>]),
+    (whole, known): (&Whole, usize),
     (loads, assumed, trained): (&TrainingLoads, &Assumed, &[TrainingPose]),
     (options, effort): (&Options, &Effort),
-    report: Watch,
-) -> Result<(Samples, f64, DMatrix<f64>)> {
-    let whole = vec![1.0; shell.energy.n_elements()];
-    let mut all = ReducedEnergy::new(shell, columns, &whole);
-    assumed.set(&mut all, &whole, 1);
-    let mut stiffness = DMatrix::zeros(all.n(), all.n());
-    all.hessian(&vec![0.0; all.n()], Curvature::Exact, &mut all.scratch(), &mut stiffness);
-    report(0.6)?;
-    if options.elements >= all.n_elements() {
-        return Ok(((0u32..).zip(whole).collect(), 0.0, stiffness));
+    watch: Watch,
+) -> Result<(Samples, f64)> {
+    let n_elements = whole.energy.n_elements();
+    if options.elements >= n_elements {
+        return Ok(((0u32..).zip(vec![1.0; n_elements]).collect(), 0.0));
     }
     let count = if options.elements > 0 { options.elements } else { effort.most * columns.len() };
     let tolerance = if options.elements > 0 { 0.0 } else { effort.tolerance };
-    let poses = loads.poses((shell, assumed, effort), columns, trained, &mut |share| report(0.6 + 0.1 * share))?;
-    let mut watch = |share| report(0.7 + 0.2 * share);
-    let of = (&stiffness, known);
-    let (weights, fit) = sampling::sample(shell, &all, of, (&poses, effort), (count, tolerance), &mut watch)?;
-    Ok(((0u32..).zip(weights).filter(|(_, w)| *w > 0.0).collect(), fit, stiffness))
+    let poses = loads.poses((shell, assumed, effort), columns, trained, &mut |share| watch(0.3 * share))?;
+    let mut watch = |share| watch(0.3 + 0.7 * share);
+    let (weights, fit) = sampling::sample((shell, whole, known), (&poses, effort), (count, tolerance), &mut watch)?;
+    Ok(((0u32..).zip(weights).filter(|(_, w)| *w > 0.0).collect(), fit))
 }
 
 /// The basis rounded to its run-time precision, which everything else follows from.

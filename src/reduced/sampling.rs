@@ -14,14 +14,17 @@
 
 mod nonnegative;
 
+use super::Assumed;
 use super::effort::Effort;
 use super::elastic::Scratch;
 use super::energy::{Forces, ReducedEnergy};
+use crate::energy::Curvature;
 use crate::{Error, ErrorKind, Result, Shell, Vec3, threads};
 use faer::linalg::triangular_solve::{solve_lower_triangular_in_place, solve_upper_triangular_in_place};
 use faer::{Mat, MatMut, MatRef, Par};
 use nalgebra::{Cholesky, DMatrix, DVector};
 use nonnegative::nonnegative;
+use std::ops::Range;
 
 /// How much more the rest stiffness of a mode, or of what the weight does to first order, counts than a pose.
 const MODE: f64 = 5.0;
@@ -36,17 +39,39 @@ const PLACED: u64 = 100;
 /// Poses that are placed at once.
 const AT_ONCE: usize = 8;
 
-/// Weights of all elements (in the order of the rest rows), at most `wanted` of them not 0, that reproduce the forces of `all` at
-/// `poses` and its rest stiffness as well as can be, or to `tolerance`; and what they leave of these, relative. `stiffness` is that at
-/// rest; the first `modes` fields are modes and what the weight does to first order.
+/// What samples stand for.
+pub struct Whole {
+    /// On all elements.
+    pub energy: ReducedEnergy,
+    /// At rest.
+    pub stiffness: DMatrix<f64>,
+    /// ∂(Sᵀε)/∂q at rest (stresses × stride).
+    pub coupling: Vec<f64>,
+}
+
+impl Whole {
+    /// Of the shell on the fields.
+    pub fn new(shell: &Shell, columns: &[Vec<Vec3>], assumed: &Assumed) -> Self {
+        let weights = vec![1.0; shell.energy.n_elements()];
+        let mut energy = ReducedEnergy::new(shell, columns, &weights);
+        assumed.set(&mut energy, &weights, 1);
+        let (mut scratch, mut stiffness) = (energy.scratch(), DMatrix::zeros(energy.n(), energy.n()));
+        energy.hessian(&vec![0.0; energy.n()], Curvature::Exact, &mut scratch, &mut stiffness);
+        let coupling = energy.coupling(&mut scratch);
+        Self { energy, stiffness, coupling }
+    }
+}
+
+/// Weights of all elements (in the order of the rest rows), at most `wanted` of them not 0, that reproduce the forces of the whole at
+/// `poses` and its rest stiffness as well as can be, or to `tolerance`; and what they leave of these, relative. The first `modes` fields are modes and
+/// what the weight does to first order.
 pub fn sample(
-    shell: &Shell,
-    all: &ReducedEnergy,
-    (stiffness, modes): (&DMatrix<f64>, usize),
+    (shell, whole, modes): (&Shell, &Whole, usize),
     (poses, effort): (&[Vec<f64>], &Effort),
     (wanted, tolerance): (usize, f64),
     watch: &mut dyn FnMut(f64) -> Result<()>,
 ) -> Result<(Vec<f64>, f64)> {
+    let Whole { energy: all, stiffness, .. } = whole;
     let n_elements = all.n_elements() - all.n_yielding();
     let singular = || Error::new(ErrorKind::Numerical, "the reduced rest stiffness is not positive definite");
     let lower = Cholesky::new(stiffness.clone()).ok_or_else(singular)?.l();
@@ -58,7 +83,8 @@ pub fn sample(
     picked.iter().enumerate().for_each(|(c, &e)| column[e] = c);
     let lower = Mat::from_fn(all.n(), all.n(), |i, j| lower[(i, j)]);
     let (a, b, scales) = (vec![0.0; rows * picked.len()], DVector::zeros(rows), vec![1.0; blocks]);
-    let mut system = System { all, n_elements, lower, column, a, b, scales };
+    let by_totals = effort.by_totals && !all.is_stressed() && all.n_yielding() == 0;
+    let mut system = System { whole, all, n_elements, by_totals, lower, column, a, b, scales };
     system.add_poses(poses);
     let probes = system.probes(stiffness, [effort.probes, modes]);
     match all.is_stressed() {
@@ -72,26 +98,29 @@ pub fn sample(
         let (own, modes) = (residual.rows(0, heavy), residual.rows(heavy, rows - heavy));
         (own.norm_squared() + modes.norm_squared() / (MODE * MODE)).sqrt()
     };
-    let whole = left(&system.b).max(f64::MIN_POSITIVE);
+    let size = left(&system.b).max(f64::MIN_POSITIVE);
     let a = MatRef::from_column_major_slice(&system.a, rows, picked.len());
     let mut told = 0.0f64;
     let (solution, residual) = nonnegative(a, &system.b, wanted, |residual, share| {
         told = told.max(share); // columns are thrown out, too
         watch(told)?;
-        Ok(left(residual) <= tolerance * whole)
+        Ok(left(residual) <= tolerance * size)
     })?;
     let mut weights = vec![0.0; n_elements];
     weights.resize(all.n_elements(), 1.0);
     picked.iter().zip(&solution).for_each(|(&e, w)| weights[e] = *w);
     shell.energy.even(&mut weights);
-    Ok((weights, left(&residual) / whole))
+    Ok((weights, left(&residual) / size))
 }
 
 /// Ax = b, whose rows are in blocks of L⁻¹ forces and then strains along the stress fields.
 struct System<'a> {
+    whole: &'a Whole,
     all: &'a ReducedEnergy,
     /// Those that samples stand for, the first.
     n_elements: usize,
+    /// b is made of the whole's forces at once, and no element without a column is looked at; else of the sum over all elements.
+    by_totals: bool,
     /// L.
     lower: Mat<f64>,
     /// Of each element in A, if any.
@@ -103,11 +132,11 @@ struct System<'a> {
     scales: Vec<f64>,
 }
 
-/// Some elements, their columns of A, and what they add to a block of b.
+/// Of some elements one block of their columns of A, and what they add to that of b.
 struct Part<'a> {
-    first: usize,
-    last: usize,
-    columns: &'a mut [f64],
+    block: usize,
+    elements: Range<usize>,
+    columns: MatMut<'a, f64>,
     sum: Vec<f64>,
 }
 
@@ -116,61 +145,87 @@ impl System<'_> {
         self.all.n() + self.all.n_stresses()
     }
 
-    /// Fills the `k`-th block with the elements' forces, which `force` writes (n, and zeros up to the stride), and strains, which it gives back.
-    fn add(&mut self, k: usize, force: impl Fn(usize, &mut [f64]) -> f64 + Sync) {
-        let (all, n, block, rows) = (self.all, self.all.n(), self.block(), self.b.len());
+    /// Fills some blocks with the elements' forces, which `force` writes (n, and zeros up to the stride), and strains, which it gives back; of `totals`, one
+    /// for each block, where b is made of those.
+    fn add(
+        &mut self,
+        blocks: Range<usize>,
+        force: impl Fn(usize, usize, &mut [f64]) -> f64 + Sync,
+        totals: &[Vec<f64>],
+    ) {
+        let (all, n, block, rows, by_totals) = (self.all, self.all.n(), self.block(), self.b.len(), self.by_totals);
         let Self { lower, column, n_elements, .. } = self;
         let (lower, column): (&Mat<f64>, &[usize]) = (lower, column);
-        let (mut parts, mut rest) = (vec![], &mut self.a[..]);
+        let (mut parts, picked) = (vec![], self.a.len() / rows.max(1));
+        let all_blocks = MatMut::from_column_major_slice_mut(&mut self.a, rows, picked);
+        let mut rest = all_blocks.subrows_mut(blocks.start * block, blocks.len() * block);
         for first in (0..*n_elements).step_by(PART) {
-            let last = (first + PART).min(*n_elements);
-            let count = column[first..last].iter().filter(|column| **column != usize::MAX).count();
-            let (columns, others) = std::mem::take(&mut rest).split_at_mut(count * rows);
+            let elements = first..(first + PART).min(*n_elements);
+            let count = column[elements.clone()].iter().filter(|column| **column != usize::MAX).count();
+            let (mut columns, others) = rest.split_at_col_mut(count);
             rest = others;
-            parts.push(Part { first, last, columns, sum: vec![0.0; block] });
+            for k in blocks.clone() {
+                let (own, below) = columns.split_at_row_mut(block);
+                columns = below;
+                parts.push(Part { block: k, elements: elements.clone(), columns: own, sum: vec![0.0; block] });
+            }
         }
-        threads::share_items(&mut parts, FORCE * *n_elements as u64, |part| {
+        let looked_at = if by_totals { picked } else { *n_elements };
+        threads::share_items(&mut parts, FORCE * (looked_at * blocks.len()) as u64, |part| {
             let (mut row, mut own) = (vec![0.0; all.stride()], vec![0.0; block]);
-            let mut columns = part.columns.chunks_exact_mut(rows);
-            for e in part.first..part.last {
-                let strain = force(e, &mut row);
+            let mut next = 0;
+            for e in part.elements.clone().filter(|e| !by_totals || column[*e] != usize::MAX) {
+                let strain = force(part.block, e, &mut row);
                 own[..n].copy_from_slice(&row[..n]);
                 let along = if e < all.n_membrane() { all.stress_row(e) } else { &[] };
                 own[n..].fill(0.0);
                 own[n..].iter_mut().zip(along).for_each(|(out, s)| *out = s * strain);
                 part.sum.iter_mut().zip(&own).for_each(|(sum, x)| *sum += x);
                 if column[e] != usize::MAX {
-                    let Some(out) = columns.next() else { return };
-                    out[k * block..][..block].copy_from_slice(&own);
+                    let Some(out) = part.columns.as_mut().col_mut(next).try_as_col_major_mut() else { return };
+                    out.as_slice_mut().copy_from_slice(&own);
+                    next += 1;
                 }
             }
-            let count = part.columns.len() / rows;
-            let columns = MatMut::from_column_major_slice_mut(part.columns, rows, count);
-            solve_lower_triangular_in_place(lower.as_ref(), columns.submatrix_mut(k * block, 0, n, count), Par::Seq);
+            let forces = part.columns.as_mut().subrows_mut(0, n);
+            solve_lower_triangular_in_place(lower.as_ref(), forces, Par::Seq);
         });
-        let own = &mut self.b.as_mut_slice()[k * block..][..block];
-        parts.iter().for_each(|part| own.iter_mut().zip(&part.sum).for_each(|(sum, x)| *sum += x));
-        let forces = MatMut::from_column_major_slice_mut(&mut own[..n], n, 1);
-        solve_lower_triangular_in_place(self.lower.as_ref(), forces, Par::Seq);
+        let totals = totals.iter().zip(blocks.clone()).map(|(total, k)| (k, total));
+        let sums = parts.iter().filter(|_| !by_totals).map(|part| (part.block, &part.sum));
+        for (k, sum) in sums.chain(totals) {
+            let own = &mut self.b.as_mut_slice()[k * block..][..block];
+            own.iter_mut().zip(sum).for_each(|(sum, x)| *sum += x);
+        }
+        for own in self.b.as_mut_slice().chunks_exact_mut(block).take(blocks.end).skip(blocks.start) {
+            let forces = MatMut::from_column_major_slice_mut(&mut own[..n], n, 1);
+            solve_lower_triangular_in_place(self.lower.as_ref(), forces, Par::Seq);
+        }
     }
 
     /// Fills the first blocks with the forces at poses, each scaled to a total of 1. Where the shell rests under stress, by what they differ from those.
     fn add_poses(&mut self, poses: &[Vec<f64>]) {
         let (all, n) = (self.all, self.all.n());
-        let mut at_rest = all.scratch();
+        let mut at_rest = all.placing();
         let rest = all.is_stressed().then(|| all.forces(&vec![0.0; n], &mut at_rest));
-        let mut rooms: Vec<Scratch> = (0..AT_ONCE.min(poses.len())).map(|_| all.scratch()).collect();
+        let mut rooms: Vec<Scratch> = (0..AT_ONCE.min(poses.len())).map(|_| all.placing()).collect();
         for (c, some) in poses.chunks(AT_ONCE).enumerate() {
-            let mut placed: Vec<(&Vec<f64>, &mut Scratch)> = some.iter().zip(&mut rooms).collect();
-            threads::share_items(&mut placed, PLACED * (some.len() * all.n_elements()) as u64, |(pose, scratch)| {
-                all.forces(pose, scratch);
+            let by_totals = self.by_totals;
+            let mut placed: Vec<_> = some.iter().zip(&mut rooms).map(|(pose, scratch)| (pose, scratch, None)).collect();
+            let work = PLACED * (some.len() * all.n_elements()) as u64;
+            threads::share_items(&mut placed, work, |(pose, scratch, total)| {
+                let forces = all.forces(pose, scratch);
+                *total = by_totals.then(|| forces.sum());
             });
-            for (k, (pose, scratch)) in placed.into_iter().enumerate() {
-                let (k, forces) = (c * AT_ONCE + k, all.forces(pose, scratch)); // as placed
-                self.add(k, |e, out| {
-                    let strain = forces.of(e, out);
-                    rest.as_ref().map_or(strain, |rest| strain - less(rest, e, out))
-                });
+            let totals: Vec<Vec<f64>> = placed.iter_mut().filter_map(|(.., total)| total.take()).collect();
+            let of_pose = |(pose, scratch, _): (&Vec<f64>, _, _)| all.forces(pose, scratch); // as placed
+            let forces: Vec<Forces> = placed.into_iter().map(of_pose).collect();
+            let first = c * AT_ONCE;
+            let force = |k: usize, e: usize, out: &mut [f64]| {
+                let strain = forces[k - first].of(e, out);
+                rest.as_ref().map_or(strain, |rest| strain - less(rest, e, out))
+            };
+            self.add(first..first + some.len(), force, &totals);
+            for k in first..first + some.len() {
                 let total = self.b.rows(k * self.block(), n).norm();
                 self.scales[k] = 1.0 / total.max(f64::MIN_POSITIVE);
             }
@@ -218,38 +273,58 @@ impl System<'_> {
     /// Fills the blocks from the `first` on with the forces of rest stiffness on the probes, by differences.
     fn add_stressed_probes(&mut self, probes: &[DVector<f64>], first: usize) {
         let all = self.all;
-        let [mut above, mut below] = [all.scratch(), all.scratch()];
+        let [mut above, mut below] = [all.placing(), all.placing()];
         for (p, probe) in probes.iter().enumerate() {
             let step = all.length(STEP) / all.reach(probe.as_slice()).max(f64::MIN_POSITIVE);
             let plus = all.forces((step * probe).as_slice(), &mut above);
             let minus = all.forces((-step * probe).as_slice(), &mut below);
-            self.add(first + p, |e, out| {
+            let force = |_, e: usize, out: &mut [f64]| {
                 let strained = plus.of(e, out);
                 let relieved = less(&minus, e, out);
                 out.iter_mut().for_each(|out| *out /= 2.0 * step);
                 (strained - relieved) / (2.0 * step)
-            });
+            };
+            self.add(first + p..first + p + 1, force, &[]);
         }
     }
 
     /// Fills the blocks from the `first` on with the forces of rest stiffness on the probes.
     fn add_probes(&mut self, shell: &Shell, probes: &[DVector<f64>], first: usize) {
-        let (all, n) = (self.all, self.all.n());
-        let mut rest_rows = Vec::with_capacity(n * all.n_elements());
-        all.visit_rest_rows(shell, |_, row| rest_rows.extend_from_slice(row));
+        let (all, n, blocks) = (self.all, self.all.n(), first..first + probes.len());
+        let dot = |row: &[f64], probe: &DVector<f64>| row.iter().zip(probe.iter()).map(|(a, b)| a * b).sum::<f64>();
+        let mut rest_rows = vec![];
+        if self.by_totals {
+            let column = self.column.clone();
+            all.visit_rest_rows(shell, |e| column[e] != usize::MAX, |row| rest_rows.extend_from_slice(row));
+            let rows: Vec<&[f64]> = self.whole.coupling.chunks_exact(all.stride()).collect();
+            let along = |probe| rows.iter().map(|row| dot(row, probe)).collect();
+            let along: Vec<Vec<f64>> = probes.iter().map(along).collect();
+            let forces = probes.iter().map(|probe| &self.whole.stiffness * probe);
+            let totals =
+                forces.zip(&along).map(|(force, along)| [force.as_slice(), along].concat()).collect::<Vec<_>>();
+            let force = |k: usize, e: usize, out: &mut [f64]| {
+                let row = &rest_rows[column[e] * n..][..n];
+                let strain = dot(row, &probes[k - first]);
+                let stress = all.stress_along(e, strain, &along[k - first]);
+                out.iter_mut().zip(row).for_each(|(out, x)| *out = stress * x);
+                strain
+            };
+            return self.add(blocks, force, &totals);
+        }
+        rest_rows.reserve(n * all.n_elements());
+        all.visit_rest_rows(shell, |_| true, |row| rest_rows.extend_from_slice(row));
         let rest_rows: Vec<&[f64]> = rest_rows.chunks_exact(n).collect();
         let work = PLACED * (probes.len() * all.n_elements()) as u64;
         let strained = threads::map(probes, work, |probe| {
-            let dot = |row: &&[f64]| row.iter().zip(probe.iter()).map(|(a, b)| a * b).sum();
-            let strain: Vec<f64> = rest_rows.iter().map(dot).collect();
+            let strain: Vec<f64> = rest_rows.iter().map(|row| dot(row, probe)).collect();
             (all.stress_of(&strain), strain)
         });
-        for (p, (stress, strain)) in strained.iter().enumerate() {
-            self.add(first + p, |e, out| {
-                out.iter_mut().zip(rest_rows[e]).for_each(|(out, x)| *out = stress[e] * x);
-                strain[e]
-            });
-        }
+        let force = |k: usize, e: usize, out: &mut [f64]| {
+            let (stress, strain) = &strained[k - first];
+            out.iter_mut().zip(rest_rows[e]).for_each(|(out, x)| *out = stress[e] * x);
+            strain[e]
+        };
+        self.add(blocks, force, &[]);
     }
 }
 
@@ -280,4 +355,48 @@ impl Random {
 /// Bᵀv of a field of forces.
 pub fn project(fields: &[Vec<Vec3>], forces: &[Vec3]) -> Vec<f64> {
     fields.iter().map(|b| b.iter().zip(forces).map(|(b, f)| b.dot(f)).sum()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::effort::LOOK;
+    use super::*;
+    use crate::{Material, Mesh, Supports};
+
+    /// A bumpy card that is held by a side, and some fields that its vertices move along.
+    fn card() -> (Shell, Vec<Vec<Vec3>>) {
+        let at = |i: usize, j: usize| (0.1 * i as f64, 0.1 * j as f64 + 0.003 * (i * i) as f64);
+        let places: Vec<(f64, f64)> = (0..8).flat_map(|i| (0..6).map(move |j| at(i, j))).collect();
+        let positions = places.iter().map(|(x, y)| Vec3::new(*x, *y, 0.1 * x * y - 0.05 * y * y)).collect();
+        let corners = (0..7u32).flat_map(|i| (0..5u32).map(move |j| 6 * i + j));
+        let triangles: Vec<[u32; 3]> = corners.flat_map(|v| [[v, v + 6, v + 7], [v, v + 7, v + 1]]).collect();
+        let material = Material { k_area: 1e3, k_length: 1e3, k_bend: 1.0, area_density: 1.0 };
+        let supports = Supports { fixed: (0..6).collect(), ..Default::default() };
+        let shell = Shell::new(Mesh::new(positions, &triangles).unwrap(), material, &supports).unwrap();
+        let field = |k: i32| places.iter().map(|(x, y)| Vec3::new(y * x * x, x.powi(k), x * (x + y).powi(k))).collect();
+        (shell, (1..6).map(field).collect())
+    }
+
+    /// What elements that no sample is chosen among add to the forces is told by the whole: by other sums, to rounding.
+    #[test]
+    fn samples_stand_for_all_elements_by_whichever_sums() {
+        let (shell, columns) = card();
+        let n = shell.energy.n_membrane();
+        let stresses = DMatrix::from_fn(3, n, |k, e| libm::cos((k * e) as f64) / (n as f64).sqrt());
+        let whole = Whole::new(&shell, &columns, &Assumed { stresses, membrane_share: 0.1 });
+        let poses: Vec<Vec<f64>> =
+            (0..4).map(|p| (0..5).map(|k| 0.2 * libm::sin(1.0 + (5 * p + k) as f64)).collect()).collect();
+        let chosen = |by_totals: bool, entries: usize| {
+            let effort = Effort { by_totals, entries, ..LOOK };
+            sample((&shell, &whole, 2), (&poses, &effort), (24, 0.0), &mut |_| Ok(())).unwrap()
+        };
+        for entries in [usize::MAX, 13 * (4 + 6 + 2) * 100] {
+            let [(weights, left), (by_sums, left_by_sums)] = [true, false].map(|by_totals| chosen(by_totals, entries));
+            assert!(left < 0.2 && (left - left_by_sums).abs() < 1e-9, "{left} {left_by_sums}");
+            let near = |(a, b): (&f64, &f64)| (a - b).abs() < 1e-6 * (1.0 + a); // a condition of 1e3, squared
+            assert!(weights.iter().zip(&by_sums).all(near), "{weights:?} {by_sums:?}");
+            let sum: f64 = weights.iter().sum();
+            assert!(weights.iter().filter(|w| **w > 0.0).count() <= 24 && sum > 24.0, "{sum}");
+        }
+    }
 }

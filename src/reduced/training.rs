@@ -11,7 +11,7 @@ use super::polynomial::{Gate, PolynomialEnergy};
 use super::{Assumed, Elastic, LEAST_SHARE, Newton, Options, Potential, ReducedEnergy, Stop, basis, sampling, stress};
 use crate::modes::Modes;
 use crate::reference::FreeMotions;
-use crate::threads::for_each_long;
+use crate::threads::{self, for_each_long};
 use crate::{Result, Shell, Vec3};
 pub(super) use equilibria::TrainingPose;
 use faer::Mat;
@@ -184,17 +184,18 @@ impl TrainingLoads {
         shapes
     }
 
-    /// α, of [`MEMBRANE_SHARES`]: that with which fields and stress fields of pulls alone come nearest to the equilibria under gravity and
-    /// pressure, which they only nearly hold. Where bending carries the loads the membrane locks unless its share is least; where the
-    /// membrane does, as in a closed trouser leg, stress fields alone are soft. Of a shell that buckles few are found whole: then halves and
-    /// parts count, too. The least where there are too few equilibria to tell.
-    pub(super) fn membrane_share(
+    /// How the membrane counts beside so many fields. Of α, of [`MEMBRANE_SHARES`], that is taken with which fields and stress fields of pulls alone come
+    /// nearest to the equilibria under gravity and pressure, which they only nearly hold. Where bending carries the loads the membrane locks unless its
+    /// share is least; where the membrane does, as in a closed trouser leg, stress fields alone are soft. Of a shell that buckles few are found whole: then
+    /// halves and parts count, too. The least where there are too few equilibria to tell.
+    pub(super) fn assumed(
         &self,
         inputs: &BasisInputs,
         (trained, fields, effort): (&[TrainingPose], usize, &Effort),
         watch: &mut dyn FnMut(f64) -> Result<()>,
-    ) -> Result<f64> {
+    ) -> Result<Assumed> {
         let (shell, loads) = (inputs.shell, self.loads(inputs.shell));
+        let stresses = || inputs.stresses(&trained.iter().collect::<Vec<_>>(), fields);
         let (mut tried, of): (Vec<&TrainingPose>, Vec<&TrainingPose>) =
             trained.iter().partition(|pose| self.load(pose.load).is_distributed());
         let is_whole = |pose: &TrainingPose| pose.whole && pose.load < self.list.len();
@@ -202,37 +203,42 @@ impl TrainingLoads {
             tried.retain(|pose| is_whole(pose));
         }
         if tried.len() < LEAST_TRIED || of.len() < LEAST_TRIED {
-            return Ok(LEAST_SHARE);
+            return Ok(Assumed { stresses: stresses()?, membrane_share: LEAST_SHARE });
         }
         let shapes: Vec<&[Vec3]> = of.iter().map(|pose| &pose.displacement[..]).collect();
-        let (basis, _) = inputs.basis(&shapes, fields)?;
+        let pulled = || Ok((inputs.basis(&shapes, fields)?.0, inputs.stresses(&of, fields)?));
+        let ((basis, pulled), stresses) = threads::both(|_| pulled(), |_| stresses(), &mut |_| watch(0.0))?;
         let columns: Vec<Vec<Vec3>> = (0..basis.ncols()).map(|k| basis::unscaled(shell, basis.col(k))).collect();
-        let mut assumed = Assumed { stresses: inputs.stresses(&of, fields)?, membrane_share: LEAST_SHARE };
+        let mut assumed = Assumed { stresses: pulled, membrane_share: LEAST_SHARE };
         let size = |q: &[f64]| norm_squared(q).sqrt();
-        let mut best = (f64::INFINITY, LEAST_SHARE);
-        for (s, membrane_share) in MEMBRANE_SHARES.into_iter().enumerate() {
+        let energies = MEMBRANE_SHARES.map(|membrane_share| {
             assumed.membrane_share = membrane_share;
-            let energy = thinned(shell, &columns, &assumed, effort);
-            let hear = &mut |share| watch((s as f64 + share) / MEMBRANE_SHARES.len() as f64);
-            let mut errors = each(
-                &tried,
-                hear,
-                || Newton::new(&energy),
-                |newton, pose| {
-                    let exact = projected(shell, &columns, &pose.displacement);
-                    let (mut q, force) = (exact.clone(), sampling::project(&columns, &self.borne(shell, &loads, pose)));
-                    newton.minimize(&energy, &Potential::of_load(&force), &mut q, TRIED);
-                    let way: Vec<f64> = q.iter().zip(&exact).map(|(q, exact)| q - exact).collect();
-                    size(&way) / size(&exact).max(f64::MIN_POSITIVE)
-                },
-            )?;
+            thinned(shell, &columns, &assumed, effort)
+        });
+        let all: Vec<_> = (0..energies.len()).flat_map(|s| tried.iter().map(move |pose| (s, *pose))).collect();
+        let mut errors = each(
+            &all,
+            watch,
+            || energies.each_ref().map(|_| None),
+            |newtons, (s, pose)| {
+                let energy = &energies[*s];
+                let newton = newtons[*s].get_or_insert_with(|| Newton::new(energy));
+                let exact = projected(shell, &columns, &pose.displacement);
+                let (mut q, force) = (exact.clone(), sampling::project(&columns, &self.borne(shell, &loads, pose)));
+                newton.minimize(energy, &Potential::of_load(&force), &mut q, TRIED);
+                let way: Vec<f64> = q.iter().zip(&exact).map(|(q, exact)| q - exact).collect();
+                size(&way) / size(&exact).max(f64::MIN_POSITIVE)
+            },
+        )?;
+        let mut best = (f64::INFINITY, LEAST_SHARE);
+        for (errors, membrane_share) in errors.chunks_exact_mut(tried.len()).zip(MEMBRANE_SHARES) {
             errors.sort_by(f64::total_cmp);
             let median = errors[errors.len() / 2];
             if median < best.0 {
                 best = (median, membrane_share);
             }
         }
-        Ok(best.1)
+        Ok(Assumed { stresses, membrane_share: best.1 })
     }
 
     /// How near either energy comes to the equilibria that were found whole, each sought from where it is.

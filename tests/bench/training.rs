@@ -1,10 +1,10 @@
 //! What the training of a reduced shell costs beside the modes, over the number of vertices up to the dinosaur's 13,117, and what it
 //! gains under a gravity that no field was trained on.
 //!
-//! usage: training [--costs | --shares] [--docs FILE] [VERTICES ...]
+//! usage: training [--costs | --looks] [--threads COUNT] [--docs FILE] [VERTICES ...]
 //!
-//! With --costs, what parts of the training take, and no errors; of a leaf of about 1,000 vertices, too. With --shares, by one thread, and what of it
-//! several share: an estimate of what sixteen take.
+//! With --costs, what parts of the training take, and no errors; of a leaf of about 1,000 vertices, too. With --looks, the same of trainings that are
+//! bounded by `reduced_seconds`. --threads takes more than there are cores, too.
 #![allow(missing_docs)]
 
 #[path = "../common/mod.rs"]
@@ -16,7 +16,7 @@ use shellwarp::model::{Model, Options};
 use shellwarp::modes::Phase;
 use shellwarp::state::{Method, State};
 use shellwarp::step::Integrator;
-use shellwarp::threads::ledger;
+use shellwarp::threads::set_threads;
 use shellwarp::{Material, Shell, Supports, Vec3, reduced};
 use std::sync::Arc;
 use std::time::Instant;
@@ -36,12 +36,12 @@ fn dinosaur() -> Shell {
 struct Seconds([f64; 5]);
 
 /// The model; `spent` is told each time of which part the work has been.
-fn precompute_told(shell: &Arc<Shell>, poses: usize, spent: &mut dyn FnMut(usize)) -> Arc<Model> {
-    let reduced = reduced::Options { fields: FIELDS, poses, ..Default::default() };
+fn precompute_told(shell: &Arc<Shell>, (poses, bound): (usize, f64), spent: &mut dyn FnMut(usize)) -> Arc<Model> {
+    let reduced = reduced::Options { fields: FIELDS, poses, seconds: bound, ..Default::default() };
     let options = Options { modes: 8, reduced, ..Options::default() };
     let mut part = 0;
     let model = Model::precompute(shell.clone(), &options, &mut |phase, share| {
-        let ends = [0.0, 0.1, 0.5, 0.7];
+        let ends = [0.0, 0.1, 0.5, 0.6];
         let next = if phase == Phase::Training { 1 + ends[1..].iter().filter(|end| share >= **end).count() } else { 0 };
         if next != part {
             spent(part);
@@ -55,8 +55,13 @@ fn precompute_told(shell: &Arc<Shell>, poses: usize, spent: &mut dyn FnMut(usize
 
 /// The model, and where the time went by the shares of work that the precompute reports.
 fn precompute(shell: &Arc<Shell>, poses: usize) -> (Arc<Model>, Seconds) {
+    precompute_within(shell, (poses, f64::INFINITY))
+}
+
+/// The same, in so many seconds.
+fn precompute_within(shell: &Arc<Shell>, limits: (usize, f64)) -> (Arc<Model>, Seconds) {
     let (mut seconds, mut last) = (Seconds::default(), Instant::now());
-    let model = precompute_told(shell, poses, &mut |part| {
+    let model = precompute_told(shell, limits, &mut |part| {
         seconds.0[part] += last.elapsed().as_secs_f64();
         last = Instant::now();
     });
@@ -111,33 +116,27 @@ fn print_costs(shells: &[(&str, Arc<Shell>)]) {
     }
 }
 
-/// Threads that are estimated for.
-const THREADS: usize = 16;
+/// Bounds by `reduced_seconds` that are tried.
+const BOUNDS: [f64; 4] = [1.0, 3.0, 10.0, 30.0];
 
-/// Prints the seconds of each part by one thread, what of it can be shared, and the least by [`THREADS`] threads: what is not shared, and of each list of
-/// items an equal part, or its longest item.
-fn print_shares(shells: &[(&str, Arc<Shell>)]) {
+/// Prints the same seconds of trainings that are bounded, and how many equilibria they have for the gate.
+fn print_looks(shells: &[(&str, Arc<Shell>)]) {
     println!(
-        "| shell | vertices | part | seconds | shared by several | by {THREADS} threads, at least |\n|---|---|---|---|---|---|"
+        "| shell | vertices | reduced_seconds | derivatives | equilibria | fields | samples, polynomial | all | judged by |\n\
+         |---|---|---|---|---|---|---|---|---|"
     );
     for (name, shell) in shells {
-        let mut parts = [[0.0; 3]; 5];
-        let (mut since, mut before) = (Instant::now(), ledger::Shared::default());
-        ledger::open(THREADS);
-        let _ = precompute_told(shell, reduced::default_poses(shell.mass.len()), &mut |part| {
-            let (seconds, now) = (since.elapsed().as_secs_f64(), ledger::read());
-            let shared = now.seconds - before.seconds;
-            let spent = [seconds, shared, seconds - shared + now.least - before.least];
-            parts[part].iter_mut().zip(spent).for_each(|(sum, x)| *sum += x);
-            (since, before) = (Instant::now(), now);
-        });
-        ledger::close();
-        let all = (0..3).map(|k| parts[1..].iter().map(|part| part[k]).sum::<f64>());
-        let all = all.collect::<Vec<_>>();
-        let names = ["derivatives", "equilibria", "fields", "samples, polynomial", "all"];
-        for (part, spent) in names.iter().zip(parts[1..].iter().map(|part| &part[..]).chain([&all[..]])) {
-            let cells: String = spent.iter().map(|seconds| format!(" {seconds:.2} s |")).collect();
-            println!("| {name} | {} | {part} |{cells}", shell.mass.len());
+        let poses = reduced::default_poses(shell.mass.len());
+        for bound in BOUNDS {
+            let (model, Seconds([_, parts @ ..])) = precompute_within(shell, (poses, bound));
+            let all: f64 = parts.iter().sum();
+            let cells: String = parts.iter().chain([&all]).map(|seconds| format!(" {seconds:.2} s |")).collect();
+            let judged = model
+                .reduced
+                .as_ref()
+                .and_then(|reduced| reduced.polynomial.as_ref())
+                .map_or(0, |form| form.gate.tried);
+            println!("| {name} | {} | {bound} |{cells} {judged} |", shell.mass.len());
         }
     }
 }
@@ -156,17 +155,22 @@ fn main() {
     let mut shells: Vec<(&str, Arc<Shell>)> = [1, 2, 3, 4].map(|fine| ("leaf", Arc::new(leaf(fine)))).to_vec();
     shells.push(("dinosaur", Arc::new(dinosaur())));
     let asked = |option: &str| arguments.iter().any(|a| a == option);
-    let (costs_only, shares_only) = (asked("--costs"), asked("--shares"));
-    if costs_only || shares_only {
+    let (costs_only, looks_only) = (asked("--costs"), asked("--looks"));
+    if costs_only || looks_only {
         shells.insert(1, ("leaf", Arc::new(leaf_of(44, 21))));
     }
-    let only: Vec<usize> = arguments.iter().filter_map(|a| a.parse().ok()).collect();
+    let threads = arguments.iter().position(|a| a == "--threads");
+    let count = threads.and_then(|at| arguments.get(at + 1)).map_or(0, |count| count.parse().unwrap());
+    assert!(set_threads(count));
+    let is_count = |at: usize| threads.is_some_and(|option| at == option + 1);
+    let numbers = arguments.iter().enumerate().filter(|(at, _)| !is_count(*at));
+    let only: Vec<usize> = numbers.filter_map(|(_, a)| a.parse().ok()).collect();
     shells.retain(|(_, shell)| only.is_empty() || only.contains(&shell.mass.len()));
     if costs_only {
         return print_costs(&shells);
     }
-    if shares_only {
-        return print_shares(&shells);
+    if looks_only {
+        return print_looks(&shells);
     }
     for (name, shell) in &shells {
         let poses = reduced::default_poses(shell.mass.len());

@@ -18,7 +18,7 @@ const LEAST_FORCE: f64 = 1e-3;
 /// Columns taken up at once, as a part of those wanted.
 const BATCH: f64 = 0.03;
 /// Columns that a thread takes at once: of all, and of the active ones.
-const STRIP: usize = 128;
+const STRIP: usize = 64;
 const FEW: usize = 48;
 
 /// min |Ax − b| over x ≥ 0 with at most `wanted` nonzero entries, or until `suffices` of the residual b − Ax and the share of the work
@@ -88,7 +88,8 @@ impl<'a> ActiveSet<'a> {
         let least = LEAST_FORCE * norms.iter().sum::<f64>() / n as f64;
         let barred = norms.iter().map(|norm| *norm <= least).collect();
         let factor = Factor { matrix: Mat::zeros(wanted.min(n), wanted.min(n)), size: 0 };
-        let (x, places, active, taken, order) = (vec![0.0; n], vec![usize::MAX; n], vec![], vec![], vec![]);
+        let taken = Vec::with_capacity(factor.matrix.ncols() * a.nrows());
+        let (x, places, active, order) = (vec![0.0; n], vec![usize::MAX; n], vec![], vec![]);
         Self { a, strips, norms, right, x, active, taken, places, factor, order, barred, arch: Arch::new() }
     }
 
@@ -130,7 +131,9 @@ impl<'a> ActiveSet<'a> {
     /// Takes columns in. False, and they are barred, where they are next to dependent.
     fn add(&mut self, list: &[usize]) -> bool {
         let (old, rows) = (self.active.len(), self.a.nrows());
-        list.iter().for_each(|&j| self.taken.extend(self.a.col(j).iter()));
+        for column in list.iter().filter_map(|&j| self.a.col(j).try_as_col_major()) {
+            self.taken.extend_from_slice(column.as_slice());
+        }
         let new = MatRef::from_column_major_slice(&self.taken[old * rows..], rows, list.len());
         let work = pass(self.taken.len() * list.len() / 4);
         let products = threads::map(&self.few(), work, |(_, few)| few.transpose() * new);

@@ -98,12 +98,16 @@ impl TrainingLoads {
         };
         let at_rest = search.tangents_at_rest(chains.iter().map(|chain| self.kind(chain.first)))?;
         let n_chains = chains.len() as f64;
+        let mut order: Vec<&mut Chain> = chains.iter_mut().collect();
+        if time == f64::INFINITY && left == usize::MAX {
+            order.sort_by_key(|chain| !self.load(chain.first).is_long()); // so that none is begun where the others end
+        }
         for_each_long(
-            &mut chains,
+            &mut order,
             MOST_SOLVERS,
             || Ok([None, None, None]),
             |solvers: &mut [Option<Solver>; 3], chain, go_on| {
-                // Chains begin in their order: all that ended were before this one.
+                // Where iterations are bounded chains begin in their order: all that ended were before this one.
                 if search.all.load(Ordering::SeqCst) >= left {
                     return Ok(());
                 }

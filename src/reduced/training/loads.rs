@@ -36,6 +36,11 @@ impl Load {
     pub(super) fn is_distributed(&self) -> bool {
         matches!(self, Self::Gravity(_) | Self::Pressure(_))
     }
+
+    /// Whether an equilibrium under it takes long as a rule.
+    pub(super) fn is_long(&self) -> bool {
+        matches!(self, Self::StrongPull(..))
+    }
 }
 
 impl TrainingLoads {
