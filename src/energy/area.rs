@@ -155,18 +155,21 @@ impl Energy for AreaEnergy {
         self.each_hessian(x, stress.share, strain, visit);
     }
 
-    /// A − Ā = Σ cot ᾱ y/4 over the sides.
+    /// A − Ā = Σ cot ᾱ y/4 over the sides, and to second order ½ Σ c_ij y_i y_j/(16 Ā), where c_ij is 1 − cot ᾱ_i cot ᾱ_j, or −1 − cot² ᾱ_i.
     fn visit_terms(&self, rest: &[Vec3], visit: &mut dyn FnMut(Term)) -> bool {
         for (t, divisor) in self.triangles.iter().zip(&self.divisor) {
             let x = t.map(|v| rest[v as usize]);
             let double = (x[1] - x[0]).cross(&(x[2] - x[0])).norm();
             let root = (2.0 * self.k / divisor).sqrt();
-            let side = |i: usize| {
-                let [j, k] = [(i + 1) % 3, (i + 2) % 3];
-                let cotangent = (x[j] - x[i]).dot(&(x[k] - x[i])) / double;
-                ([t[j], t[k]], 0.25 * root * cotangent)
+            let after = |i: usize| [(i + 1) % 3, (i + 2) % 3];
+            let cotangents = [0, 1, 2].map(|i| after(i).map(|j| x[j] - x[i])).map(|[a, b]| a.dot(&b) / double);
+            let side = |i: usize| (after(i).map(|j| t[j]), 0.25 * root * cotangents[i]);
+            let both = |i: usize, j: usize| {
+                let own = if i == j { -1.0 } else { 1.0 };
+                0.125 * root * (own - cotangents[i] * cotangents[j]) / double
             };
-            visit(Term::Stretch(&[side(0), side(1), side(2)]));
+            let curvature = [both(0, 0), both(1, 0), both(1, 1), both(2, 0), both(2, 1), both(2, 2)];
+            visit(Term::Stretch(&[side(0), side(1), side(2)], &curvature));
         }
         true
     }

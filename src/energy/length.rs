@@ -131,10 +131,11 @@ impl Energy for LengthEnergy {
         self.each_hessian(x, stress.share, tension, visit);
     }
 
-    /// l − l̄ = y/(2l̄).
+    /// l − l̄ = y/(2l̄) − y²/(8l̄³).
     fn visit_terms(&self, _rest: &[Vec3], visit: &mut dyn FnMut(Term)) -> bool {
         for ((edge, length), divisor) in self.edges.iter().zip(&self.rest_length).zip(&self.divisor) {
-            visit(Term::Stretch(&[(*edge, (2.0 * self.k / divisor).sqrt() / (2.0 * length))]));
+            let slope = (2.0 * self.k / divisor).sqrt() / (2.0 * length);
+            visit(Term::Stretch(&[(*edge, slope)], &[-slope / (2.0 * length * length)]));
         }
         true
     }

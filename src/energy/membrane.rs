@@ -196,7 +196,7 @@ impl Energy for MembraneEnergy {
             let [a, b, c] = t.corners;
             for row in t.rows() {
                 let half = 0.5 * row[2];
-                visit(Term::Stretch(&[([a, b], row[0] + half), ([a, c], row[1] + half), ([b, c], -half)]));
+                visit(Term::Stretch(&[([a, b], row[0] + half), ([a, c], row[1] + half), ([b, c], -half)], &[]));
             }
         }
         true

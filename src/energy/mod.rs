@@ -165,8 +165,8 @@ pub trait Energy: Send + Sync {
 /// Elements as they are where lengths nearly hold.
 pub enum Term<'a> {
     /// The strain of one of the membrane, as the sum of factor times y over pairs of vertices, to first order in y, which is what their squared
-    /// distance gains.
-    Stretch(&'a [([u32; 2], f64)]),
+    /// distance gains; and its second derivative by these y, the lower triangle by rows, or nothing where the sum is exact.
+    Stretch(&'a [([u32; 2], f64)], &'a [f64]),
     /// The strains of bending Σ row (θ − θ̄) over the edges of one triangle, the first ones of a row.
     Bend(&'a [Fold], &'a [[f64; 3]]),
     /// What follows may have the image of this vertex as a vertex: the first is n_vertices, and each further one the next.

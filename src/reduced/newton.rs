@@ -36,6 +36,8 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 const TRIALS: usize = 40;
 /// Below this residual rounding of Π may hide what a step gains.
 const ROUNDING: f64 = 1e-6;
+/// Of Π's scale, a slope upward that is none: constraints that are met but for the last bits, and bear much, make up to 1.4e-12.
+const FLAT: f64 = 1e-11;
 /// Π without E.
 pub struct Potential<'a> {
     /// s.
@@ -284,7 +286,7 @@ impl Newton {
         let factor = self.factor.take()?;
         let slope = self.solve(&factor, potential, q);
         self.factor = Some(factor);
-        (slope <= ROUNDING * ROUNDING * scale).then_some((slope.min(0.0), scale))
+        (slope <= FLAT * scale).then_some((slope.min(0.0), scale))
     }
 
     /// ∇Π without constraints; returns the scale of Π.

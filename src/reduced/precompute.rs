@@ -69,7 +69,8 @@ impl ReducedShell {
             },
             |watch| {
                 let (shapes, stiffness) = (&loads.shapes(shell, columns, (modes, &trained))[..], &whole.stiffness);
-                let sources = polynomial::Sources { shell, columns, assumed, shapes, gains: effort.gains, stiffness };
+                let (modes, gains) = (modes.shapes.len(), effort.gains);
+                let sources = polynomial::Sources { shell, columns, modes, assumed, shapes, gains, stiffness };
                 polynomial::make(&sources, watch)
             },
             &mut |share| report(0.6 + 0.37 * share),

@@ -32,6 +32,8 @@ use shellwarp::state::{Method, Space, State};
 use std::sync::Arc;
 use std::time::Instant;
 
+/// Fields, elements and equilibria of the reduced shells.
+const SPECS: &str = "20,0,62 40,0,62 100,0,62";
 /// Up to rounding and the tolerance of equilibria.
 const SAME: f64 = 1.0001;
 /// Of the aims, that of the claims, and what is near the full shell there.
@@ -403,9 +405,10 @@ fn main() {
     }
     let (mut table, mut pool) = (String::from(HEADER), Pool::default());
     if arguments.iter().any(|a| a == "--gates") {
-        for scene in scenes::all().into_iter().chain(judging::all()) {
+        let asked = |scene: &Scene| value("--scene").is_none_or(|key| key == scene.key);
+        for scene in scenes::all().into_iter().chain(judging::all()).filter(asked) {
             println!("{}", scene.key);
-            contenders(&scene, "20,0,62 40,0,62 100,0,62");
+            contenders(&scene, value("--reduced").map_or(SPECS, |specs| specs));
         }
         return;
     }
@@ -427,7 +430,7 @@ fn main() {
             cases.len(),
             start.elapsed().as_secs_f64()
         );
-        let specs = value("--reduced").map_or("20,0,62 40,0,62 100,0,62", |s| s);
+        let specs = value("--reduced").map_or(SPECS, |specs| specs);
         contest(&scene, &cases, specs, (&mut table, &mut pool));
     }
     let pooled = pool.table();

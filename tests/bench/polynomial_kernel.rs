@@ -26,6 +26,7 @@ pub fn energy(n: usize, forms: usize) -> PolynomialEnergy {
         bending: symmetric(1),
         stiffness: symmetric(2),
         cubic: (0..n).map(symmetric).collect(), // sin(i + j + k) is symmetric
+        engineering: None,
     };
     PolynomialEnergy::new(&coefficients)
 }

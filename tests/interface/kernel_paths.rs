@@ -2,13 +2,13 @@
 //! each kind gives the same bits every time.
 
 use crate::common::*;
-use nalgebra::{DMatrix, DVector, Matrix3, Rotation3};
+use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, SMatrix};
 use pulp::Arch;
 use rand::rngs::StdRng;
 use rand::{Rng, SeedableRng};
 use shellwarp::energy::Curvature;
 use shellwarp::load::BodyLoad;
-use shellwarp::reduced::polynomial::{Coefficients, Form, PolynomialEnergy};
+use shellwarp::reduced::polynomial::{Coefficients, Engineering, Form, LEADING, PolynomialEnergy};
 use shellwarp::reduced::{Factor, ReducedEnergy};
 use shellwarp::step::ForceLaw;
 use shellwarp::step::modal_force::{self, Acting, Scratch};
@@ -543,7 +543,7 @@ fn polynomial_energies_match_plain_sums_in_every_kind_of_register() {
         let membrane = forms.len().min(2);
         let cubic = seeds.iter().map(|seed| &outer * *seed).collect();
         // Rounded to the bits that they are held in.
-        let coefficients = Coefficients { forms, membrane, bending, stiffness, cubic };
+        let coefficients = Coefficients { forms, membrane, bending, stiffness, cubic, engineering: None };
         let coefficients = PolynomialEnergy::new(&coefficients).coefficients();
         let q = DVector::from_fn(n, |_, _| number());
         let (value, gradient, hessian) = term_by_term(&coefficients, &q);
@@ -575,6 +575,83 @@ fn polynomial_energies_match_plain_sums_in_every_kind_of_register() {
             off("near gradient", (&own - &gradient).norm());
             let off = |what: &str, a: f64| assert!(a <= 4e-3 * scale, "{name}, {n} fields, {what}: {a} of {scale}");
             off("near Hessian", (upper - hessian.upper_triangle()).norm()); // of Q 8 bits behind the point
+        }
+    }
+}
+
+/// E; its gradient, and that of steps; its Hessian, what resists rates, and the Hessian of steps.
+type Evaluated = (f64, [DVector<f64>; 2], [DMatrix<f64>; 3]);
+
+/// Energies with engineering strains: derivatives are those of the value, and all alike in every kind of register.
+#[test]
+fn engineering_strains_are_alike_in_every_kind_of_register() {
+    let rng = &mut StdRng::seed_from_u64(6);
+    let (n, count, membrane) = (13, 17, 14);
+    let mut number = || rng.random_range(-1.0..1.0);
+    let mut symmetric = |size: usize, by: f64| {
+        let square = DMatrix::from_fn(size, size, |_, _| by * number());
+        &square + square.transpose()
+    };
+    let [bending, stiffness] = [symmetric(n, 1.0), symmetric(n, 1.0)];
+    let form = |k: usize| Form {
+        weight: if k < 9 { 1.0 } else { 0.2 },
+        bound: 0.0,
+        linear: (0..n).map(|i| ((5 * k + i) as f64).sin()).collect(),
+        quadratic: DMatrix::from_fn(n, n, |i, j| 0.3 * ((k + i + j) as f64).cos()),
+    };
+    let softening = std::array::from_fn(|_| SMatrix::from_iterator(symmetric(LEADING, 0.2).iter().copied()));
+    let coefficients = Coefficients {
+        forms: (0..count).map(form).collect(),
+        membrane,
+        bending,
+        stiffness,
+        cubic: vec![DMatrix::zeros(n, n); n],
+        engineering: Some(Engineering(softening)),
+    };
+    let plain = PolynomialEnergy::new(&Coefficients { engineering: None, ..coefficients.clone() });
+    let q = DVector::from_fn(n, |k, _| 0.5 * (3.0 * k as f64).cos());
+    let mut first: Option<Evaluated> = None;
+    for (name, arch) in kinds() {
+        let mut energy = PolynomialEnergy::new(&coefficients);
+        energy.arch = arch;
+        let mut scratch = energy.scratch();
+        let all = |energy: &PolynomialEnergy, q: &DVector<f64>, scratch: &mut _| {
+            let mut gradients = [DVector::zeros(n), DVector::zeros(n)];
+            let mut matrices = [(); 3].map(|()| DMatrix::zeros(n, n));
+            energy.gradient(q.as_slice(), scratch, gradients[0].as_mut_slice());
+            energy.hessian(q.as_slice(), Curvature::Exact, scratch, &mut matrices[0]);
+            energy.viscosity(q.as_slice(), scratch, &mut matrices[1]);
+            energy.near_gradient(q.as_slice(), scratch, gradients[1].as_mut_slice());
+            let mut near = Factor::new(n, arch);
+            energy.near_hessian(q.as_slice(), scratch, &mut near);
+            matrices[2] = DMatrix::from_fn(n, n, |i, j| near.entry(i.min(j), i.max(j)));
+            (energy.value(q.as_slice(), scratch), gradients, matrices)
+        };
+        let here = all(&energy, &q, &mut scratch);
+        let scale = here.2[0].norm() * (1.0 + q.norm());
+        let off = |what: &str, a: f64, most: f64| assert!(a <= most * scale, "{name}, {what}: {a} of {scale}");
+        off("near gradient", (&here.1[1] - &here.1[0]).norm(), 1e-6);
+        off("near Hessian", (&here.2[2] - &here.2[0]).norm(), 4e-3); // of Q 8 bits behind the point
+        match &first {
+            Some((value, gradients, matrices)) => {
+                off("value", (here.0 - value).abs(), 1e-14);
+                off("gradient", (&here.1[0] - &gradients[0]).norm(), 1e-14);
+                off("Hessian", (&here.2[0] - &matrices[0]).norm(), 1e-6); // sums of 32 bits
+                off("viscosity", (&here.2[1] - &matrices[1]).norm(), 1e-14);
+            }
+            None => {
+                let h = 1e-5;
+                for k in 0..n {
+                    let at = |sign: f64| DVector::from_fn(n, |j, _| q[j] + if j == k { sign * h } else { 0.0 });
+                    let [plus, minus] = [1.0, -1.0].map(|sign| all(&energy, &at(sign), &mut energy.scratch()));
+                    off("slope", ((plus.0 - minus.0) / (2.0 * h) - here.1[0][k]).abs(), 1e-9); // h² and rounding by h
+                    let curvature = (&plus.1[0] - &minus.1[0]) / (2.0 * h);
+                    off("curvature", (curvature - here.2[0].column(k)).norm(), 1e-6); // sums of 32 bits
+                }
+                let apart = plain.value(q.as_slice(), &mut plain.scratch()) - here.0;
+                assert!(apart.abs() > 0.01 * here.0.abs(), "{apart} of {}: the strains are no others", here.0);
+                first = Some(here);
+            }
         }
     }
 }

@@ -24,6 +24,7 @@ fn energy(n: usize, forms: usize) -> PolynomialEnergy {
         bending: symmetric(1),
         stiffness: symmetric(2),
         cubic: (0..n).map(|k| DMatrix::from_fn(n, n, |i, j| third(i, j, k))).collect(),
+        engineering: None,
     })
 }
 

@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector, Matrix3, Rotation3};
 use shellwarp::energy::Curvature;
 use shellwarp::material::{Crease, ElasticSheet, Fibres, Map, On, Quantity};
 use shellwarp::model::{Model, Options, Precision};
-use shellwarp::reduced::polynomial::{Gate, PolynomialEnergy, Sources, make};
+use shellwarp::reduced::polynomial::{Gate, LEADING, PolynomialEnergy, Sources, make};
 use shellwarp::reduced::{
     self, AnyFields, Assumed, Elastic, Factor, Newton, Potential, ReducedEnergy, ReducedShell, Stop,
 };
@@ -91,6 +91,18 @@ fn koiter_grain() -> &'static Arc<Model> {
     })
 }
 
+/// A trouser leg, limp, whose membrane carries the loads.
+fn leg() -> &'static Arc<Model> {
+    static MODEL: OnceLock<Arc<Model>> = OnceLock::new();
+    MODEL.get_or_init(|| {
+        let (positions, triangles) = read_obj("character_leg_right.obj");
+        let fixed = (0..positions.len() as u32).filter(|v| positions[*v as usize].y > 86.0).collect();
+        let material = Material { k_area: 1e5, k_length: 1e5, k_bend: 8000.0, area_density: 0.04 };
+        let supports = Supports { fixed, ..Default::default() };
+        model(&Arc::new(Shell::new(Mesh::new(positions, &triangles).unwrap(), material, &supports).unwrap()), 20)
+    })
+}
+
 /// All shells that are tried, by name.
 fn shells() -> [(&'static str, &'static Arc<Model>); 6] {
     [
@@ -101,6 +113,12 @@ fn shells() -> [(&'static str, &'static Arc<Model>); 6] {
         ("Koiter's grain", koiter_grain()),
         ("Koiter's gutter", koiter_gutter()),
     ]
+}
+
+/// With one that counts by engineering strains.
+fn with_leg() -> impl Iterator<Item = (&'static str, &'static Arc<Model>)> {
+    assert!(polynomial_of(leg()).coefficients().engineering.is_some());
+    shells().into_iter().chain([("leg", leg())])
 }
 
 const GUTTER_LENGTH: u32 = 20;
@@ -178,17 +196,18 @@ fn bent(n: usize, size: f64) -> Vec<f64> {
 
 #[test]
 fn gradient_and_hessian_are_those_of_the_value() {
-    for (_, model) in shells() {
+    for (name, model) in with_leg() {
         let (energy, n) = (polynomial_of(model), reduced_of(model).n());
         let mut scratch = energy.scratch();
-        let q = bent(n, 0.2);
+        let size = if name == "leg" { 0.4 * energy.gate.reach } else { 0.2 };
+        let q = bent(n, size);
         let mut hessian = DMatrix::zeros(n, n);
         energy.hessian(&q, Curvature::Exact, &mut scratch, &mut hessian);
         let [mut plus, mut minus, mut here] = [vec![0.0; n], vec![0.0; n], vec![0.0; n]];
         energy.gradient(&q, &mut scratch, &mut here);
         let scale = here.iter().map(|g| g.abs()).fold(0.0, f64::max);
         for k in 0..n {
-            let h = 1e-5;
+            let h = 5e-5 * size;
             let at = |sign: f64| (0..n).map(|j| q[j] + if j == k { sign * h } else { 0.0 }).collect::<Vec<_>>();
             let slope = (energy.value(&at(1.0), &mut scratch) - energy.value(&at(-1.0), &mut scratch)) / (2.0 * h);
             energy.gradient(&at(1.0), &mut scratch, &mut plus);
@@ -204,7 +223,7 @@ fn gradient_and_hessian_are_those_of_the_value() {
 
 #[test]
 fn the_rest_shape_has_no_energy_and_its_stiffness_is_the_shells() {
-    for (name, model) in shells() {
+    for (name, model) in with_leg() {
         let (energy, n) = (polynomial_of(model), reduced_of(model).n());
         let shell = &model.shell;
         let (rest, mut scratch) = (vec![0.0; n], energy.scratch());
@@ -225,7 +244,8 @@ fn the_rest_shape_has_no_energy_and_its_stiffness_is_the_shells() {
         let least = own.clone().symmetric_eigenvalues().min();
         println!("{name}: modes' stiffness off by {worst:.1e}, viscosity by {damped:.1e}, least {least:.3e}");
         // The corrections are compressed to a few; 1e-2 is half a percent of a frequency. Bending's own rest Hessian is whole.
-        assert!(worst < 1e-2, "{name}: {worst}");
+        // Half of the modes are exact; the leg's others stretch its edges, which the cubic knows least.
+        assert!(worst < if name == "leg" { 2e-2 } else { 1e-2 }, "{name}: {worst}");
         assert!(damped < 1e-9, "{name}: {damped}");
         assert!(least > 0.9 * exact[(0, 0)], "{name}: softer than any mode: {least}");
     }
@@ -455,7 +475,8 @@ fn affine(shell: &Shell) -> Vec<Vec<Vec3>> {
 fn made(shell: &Shell, columns: &[Vec<Vec3>], assumed: &Assumed) -> PolynomialEnergy {
     let shapes: Vec<Vec<f64>> = (0..6).map(|s| bent(columns.len(), 0.1 + 0.1 * f64::from(s))).collect();
     let stiffness = DMatrix::zeros(columns.len(), columns.len()); // of none of these fields is it known
-    let sources = Sources { shell, columns, assumed, shapes: &shapes, gains: 10_000_000, stiffness: &stiffness };
+    let sources =
+        Sources { shell, columns, modes: 0, assumed, shapes: &shapes, gains: 10_000_000, stiffness: &stiffness };
     make(&sources, &mut |_| Ok(())).unwrap().unwrap()
 }
 
@@ -548,7 +569,7 @@ fn a_stress_field_meets_greens_strain_at_any_size() {
 
 #[test]
 fn the_gate_lets_it_pass_where_it_is_as_near_as_the_samples() {
-    for (_, model) in shells() {
+    for (_, model) in with_leg() {
         let gate = polynomial_of(model).gate;
         println!("{gate:?}");
         assert!(gate.tried > 20 && gate.reach > 0.0 && gate.strain > 0.0);
@@ -560,7 +581,12 @@ fn the_gate_lets_it_pass_where_it_is_as_near_as_the_samples() {
 
 #[test]
 fn it_is_saved_with_its_model_and_checked() {
-    let model = cylinder();
+    for model in [cylinder(), leg()] {
+        is_saved(model);
+    }
+}
+
+fn is_saved(model: &Model) {
     let (bytes, energy) = (model.save().unwrap(), polynomial_of(model));
     let loaded = Model::load(&bytes).unwrap();
     let other = polynomial_of(&loaded);
@@ -586,12 +612,22 @@ fn it_is_saved_with_its_model_and_checked() {
         let error = PolynomialEnergy::load(energy.n(), &forged).err().unwrap();
         assert!(error.message.contains(named), "{what}: {}", error.message);
     }
-    let before = content.len() - 8; // of models saved before the range was known
+    let counts = energy.coefficients().engineering.is_some();
+    let engineering = if counts { 8 * LEADING * LEADING * (LEADING + 1) / 2 } else { 0 };
+    let before = content.len() - 8 - engineering; // of models saved before the range was known
     let gate = PolynomialEnergy::load(energy.n(), &content[..before]).unwrap().gate;
     assert_eq!(gate.range, if gate.holds() { gate.reach } else { 0.0 });
     let mut forged = content.clone();
-    forged[before..].copy_from_slice(&f(-1.0));
+    forged[before..before + 8].copy_from_slice(&f(-1.0));
     assert!(PolynomialEnergy::load(energy.n(), &forged).err().unwrap().message.contains("range"));
+    if counts {
+        let mut forged = content.clone();
+        forged[before + 8..before + 16].copy_from_slice(&f(f64::INFINITY));
+        assert!(PolynomialEnergy::load(energy.n(), &forged).err().unwrap().message.contains("no number"));
+        forged = content.clone();
+        forged[8] = LEADING as u8 - 1; // forms of the membrane
+        assert!(PolynomialEnergy::load(energy.n(), &forged).err().unwrap().message.contains("too few"));
+    }
     for end in [0, 15, content.len() - 16] {
         assert!(PolynomialEnergy::load(energy.n(), &content[..end]).is_err());
     }
@@ -621,7 +657,7 @@ fn moving(model: &Arc<Model>, method: Method) -> State {
 #[test]
 fn stages_that_end_without_a_look_are_balanced_to_what_they_say() {
     const TOLERANCE: f64 = 1.5e-4;
-    for (name, model) in shells() {
+    for (name, model) in with_leg() {
         let (reduced, energy) = (reduced_of(model), polynomial_of(model));
         let n = energy.n();
         let (mut newton, mut scratch) = (Newton::new(energy), energy.scratch());
@@ -742,7 +778,7 @@ fn a_model_that_was_saved_without_it_says_so() {
 
 #[test]
 fn wild_loads_never_run_away() {
-    for (name, model) in shells() {
+    for (name, model) in with_leg() {
         let unit = model.modal.eigenvalues[0] * model.shell.mesh.size;
         let mut state = State::new(model.clone(), Method::PolynomialShell, Integrator::Exact).unwrap();
         let (mut furthest, mut seed) = (0.0f64, 1u64);
@@ -776,7 +812,8 @@ fn wild_loads_never_run_away() {
         );
         // It spans one or two sizes; edges resist from there on. At rest all is given back, unless the shell has another shape to rest in: a
         // sharp gutter that is bent far enough stays bent, the full one too, if not as far.
-        assert!(furthest < 3.0, "{name}: {furthest}");
+        // The limp leg goes to 2.8 by its samples, too.
+        assert!(furthest < if name == "leg" { 3.5 } else { 3.0 }, "{name}: {furthest}");
         if left >= 1e-9 {
             let mut full = state.try_clone().unwrap();
             full.set_method(Method::ImplicitShell).unwrap();

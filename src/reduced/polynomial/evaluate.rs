@@ -3,6 +3,7 @@
 use super::super::aligned::Aligned;
 use super::super::factor::{Rows, SIDE};
 use super::super::sums::{Double, Single};
+use super::engineering::{self, Engineering, LEADING, Matrix, Strained};
 use super::{PolynomialEnergy, even, kernel, near};
 use pulp::{Simd, WithSimd};
 
@@ -16,9 +17,11 @@ pub struct Room {
     /// Of it: E, once it was asked for, and its gradient; s, dE/ds and d²E/ds², and ∂s/∂q by field.
     value: Option<f64>,
     gradient: Aligned<f64>,
-    pub(super) s: Aligned<f64>,
+    s: Aligned<f64>,
     stress: Aligned<f64>,
     curvature: Aligned<f64>,
+    /// Of the first forms, where they count by engineering strains.
+    strained: Strained,
     jacobian: Aligned<f64>,
     /// C₂ + ½ C₃q, its product with q and that of C₂ alone.
     bending: Aligned<f64>,
@@ -101,6 +104,7 @@ impl Room {
             s: by_form.clone(),
             stress: by_form.clone(),
             curvature: by_form,
+            strained: Strained::none(),
             jacobian: by_both,
             bending: blocks.clone(),
             bent: fields.clone(),
@@ -146,6 +150,13 @@ impl Room {
         value
     }
 
+    /// Of the energy, what the first so many forms have.
+    pub(super) fn resisted(&self, energy: &PolynomialEnergy, forms: usize) -> f64 {
+        let first = if energy.engineering.is_some() { LEADING.min(forms) } else { 0 };
+        let others = (first..forms).map(|k| resist(energy.weights[k], energy.bounds[k], self.s[k])[0]);
+        self.strained.energy + others.sum::<f64>()
+    }
+
     pub(super) fn gradient(&self, n: usize) -> &[f64] {
         &self.gradient[..n]
     }
@@ -170,7 +181,7 @@ impl Room {
 
 /// φ-weighted: E, dE/ds and d²E/ds² of ½ w φ(s), with 1/S² given.
 #[inline(always)]
-pub(super) fn resist(weight: f64, bound: f64, s: f64) -> [f64; 3] {
+fn resist(weight: f64, bound: f64, s: f64) -> [f64; 3] {
     let ratio = bound * s * s;
     let share = 1.0 / (1.0 + ratio);
     let force = weight * s * share;
@@ -182,13 +193,30 @@ struct Place<'a> {
     room: &'a mut Room,
 }
 
-/// dE/ds and d²E/ds² of all forms.
+/// dE/ds and d²E/ds² of all forms; those of the first, where they count by engineering strains, are known by what is returned.
 #[inline(always)]
-fn resist_all(energy: &PolynomialEnergy, s: &[f64], stress: &mut [f64], curvature: &mut [f64]) {
+fn resist_all(energy: &PolynomialEnergy, s: &[f64], stress: &mut [f64], curvature: &mut [f64]) -> Strained {
     let both = stress.iter_mut().zip(curvature).zip(s);
     for (((stress, curvature), s), (weight, bound)) in both.zip(energy.weights.iter().zip(&energy.bounds)) {
         [_, *stress, *curvature] = resist(*weight, *bound, *s);
     }
+    match &energy.engineering {
+        None => Strained::none(),
+        Some(engineering) => strain(engineering, (s, &energy.weights), stress),
+    }
+}
+
+/// Apart from the sums, whose registers it does not need.
+#[inline(never)]
+fn strain(engineering: &Engineering, (s, weights): (&[f64], &[f64]), stress: &mut [f64]) -> Strained {
+    let strained = engineering.at(s, weights);
+    stress[..LEADING].copy_from_slice(strained.stress.as_slice());
+    strained
+}
+
+/// A matrix of the first forms by rows.
+fn by_rows<N: Copy>(matrix: &Matrix, number: impl Fn(f64) -> N) -> [[N; LEADING]; LEADING] {
+    std::array::from_fn(|i| std::array::from_fn(|j| number(matrix[(i, j)])))
 }
 
 impl WithSimd for Place<'_> {
@@ -202,7 +230,7 @@ impl WithSimd for Place<'_> {
         let (n, padded, count) = (energy.n, energy.padded, even(energy.n));
         kernel::turn::<S, Double>(simd, &q[..padded], &energy.lanes, jacobian);
         kernel::strains(simd, &q[..padded], &energy.linear, jacobian, s);
-        resist_all(energy, s, stress, curvature);
+        room.strained = resist_all(energy, s, stress, curvature);
         kernel::combine::<S, Double>(simd, &energy.cubic, &q[..count], bending);
         bending.iter_mut().zip(&energy.bending).for_each(|(sum, base)| *sum = base + 0.5 * *sum);
         // The gradient of ½ qᵀC₂q + ⅙ C₃(q, q, q) is (C₂ + ½ C₃q)q.
@@ -241,7 +269,7 @@ impl WithSimd for PlaceNear<'_> {
         near::by_forms(simd, turned, (padded, own.stride, own.first), first);
         let forms = (&own.straight[beside * own.stride..], &own.squares[..]);
         near::last_strains(simd, (placed, q), forms, own.first, (last, &mut s[beside..count]));
-        resist_all(energy, s, wide_stress, curvature);
+        room.strained = resist_all(energy, s, wide_stress, curvature);
         stress.iter_mut().zip(&*wide_stress).for_each(|(stress, wide)| *stress = *wide as f32);
         let q = &q[own.first..];
         kernel::combine::<S, Single>(simd, &energy.cubic, &q[..even(n).min(padded)], bending);
@@ -274,7 +302,7 @@ impl WithSimd for NearHessian<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { energy, room, out: Rows { stride, first, rows: out } } = self;
-        let Room { curvature: wide, narrow, .. } = room;
+        let Room { curvature: wide, strained, narrow, .. } = room;
         let Narrow { stress, curvature, by_form, bending, blocks, scaled, joined, .. } = narrow;
         let (n, count, own) = (energy.n, energy.count, &energy.narrow);
         blocks.copy_from_slice(bending);
@@ -284,6 +312,10 @@ impl WithSimd for NearHessian<'_> {
         if !*joined {
             curvature.iter_mut().zip(&*wide).for_each(|(curvature, wide)| *curvature = *wide as f32);
             near::join(simd, &own.linear, &curvature[..count], stride, (by_form, scaled));
+            if let Some(engineering) = &energy.engineering {
+                let x = by_rows(&engineering.curvature(strained), |x| x as f32);
+                engineering::mix::<S, Single>(simd, &x, by_form, stride, scaled);
+            }
             *joined = true;
         }
         kernel::add_products::<S, Single>(simd, (scaled, &by_form[..count * stride]), (stride, first), out);
@@ -301,8 +333,8 @@ impl WithSimd for Value<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> f64 {
         let Self { energy, room } = self;
-        let Room { q, s, bent, product, .. } = room;
-        let forms = (0..energy.forms).map(|k| resist(energy.weights[k], energy.bounds[k], s[k])[0]).sum::<f64>();
+        let forms = room.resisted(energy, energy.forms);
+        let Room { q, bent, product, .. } = room;
         // Of b = qᵀ(C₂ + ½ C₃q)q and c = qᵀC₂q, c/2 + (b − c)/3.
         let own: f64 = q[..energy.n].iter().zip(&*product).map(|(q, p)| q * p).sum();
         let both: f64 = q[..energy.n].iter().zip(&*bent).map(|(q, b)| q * b).sum();
@@ -322,7 +354,8 @@ impl WithSimd for Hessian<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { energy, room } = self;
-        let Room { stress: wide, curvature, jacobian, bending, blocks, square, scaled, rows, narrow, .. } = room;
+        let Room { stress: wide, curvature, strained, jacobian, bending, blocks, square, scaled, rows, narrow, .. } =
+            room;
         let Narrow { stress, blocks: sum, .. } = narrow;
         let (n, stride, count) = (energy.n, energy.stride, energy.count);
         stress.iter_mut().zip(&*wide).for_each(|(stress, wide)| *stress = *wide as f32);
@@ -334,6 +367,10 @@ impl WithSimd for Hessian<'_> {
         kernel::by_forms(jacobian, (energy.padded, stride, 0), rows);
         let rows = &rows[..count * stride];
         kernel::scale::<S, Double>(simd, rows, &curvature[..count], stride, scaled);
+        if let Some(engineering) = &energy.engineering {
+            let x = by_rows(&engineering.curvature(strained), |x| x);
+            engineering::mix::<S, Double>(simd, &x, rows, stride, scaled);
+        }
         kernel::add_products::<S, Double>(simd, (scaled, rows), (stride, 0), square);
     }
 }
@@ -350,7 +387,7 @@ impl WithSimd for Resistance<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { energy, bending, room } = self;
-        let Room { jacobian, square, scaled, rows, .. } = room;
+        let Room { strained, jacobian, square, scaled, rows, .. } = room;
         let (n, stride) = (energy.n, energy.stride);
         let firm = &energy.weights[..energy.membrane];
         let scaled = &mut scaled[..firm.len() * stride];
@@ -358,6 +395,10 @@ impl WithSimd for Resistance<'_> {
         kernel::by_forms(jacobian, (energy.padded, stride, 0), rows);
         let rows = &rows[..firm.len() * stride];
         kernel::scale::<S, Double>(simd, rows, firm, stride, scaled);
+        if let Some(engineering) = &energy.engineering {
+            let x = by_rows(&engineering.resistance(strained), |x| x);
+            engineering::mix::<S, Double>(simd, &x, rows, stride, scaled);
+        }
         kernel::add_products::<S, Double>(simd, (scaled, rows), (stride, 0), square);
     }
 }

@@ -4,26 +4,31 @@
 //! over its edges. Their parts along the stress fields S weigh 1, and those along R weigh the share α, where R holds what S leaves of the
 //! strains of shapes that the shell is likely to take. No sum over elements is left.
 //!
-//! What bending lacks, ½ Σ yᵀDy over the hinges, is compressed alike: by the shapes' |D|^½ y, then by the eigenvectors of the signs of D.
+//! What bending lacks is compressed alike (`corrections`).
+//!
+//! Where the membrane carries the loads, the first of the stress fields are turned to hold most of the strains, and count by engineering strains:
+//! C sums over elements ∂²ε/∂y² at the y that go with a form, by least squares over the shapes.
 
 use super::bends::{Bend, Pairs, cubic, hessians};
+use super::corrections::{SOFTEST, corrections};
+use super::engineering::{Matrix, Vector};
 use super::pairs::{self, Gains, Rows};
-use super::{CARRYING, Coefficients, Form, PolynomialEnergy};
+use super::{CARRYING, Coefficients, Engineering, Form, LEADING, PolynomialEnergy};
 use crate::energy::{Mirror, Term};
 use crate::modes::symmetric_eigen;
-use crate::reduced::basis::{MULTIPLICATION, add_lower};
+use crate::reduced::basis::MULTIPLICATION;
 use crate::reduced::products::WIDTH;
 use crate::reduced::sampling::Random;
 use crate::reduced::{Assumed, basis};
 use crate::{ErrorKind, Result, Shell, Vec3, threads};
-use faer::linalg::matmul::matmul;
-use faer::{Accum, Mat, MatMut, Par};
+use faer::{Mat, MatMut};
 use nalgebra::{Cholesky, DMatrix, DVector, SymmetricEigen};
 
-/// Residual fields where bending carries the loads, and where the membrane does; and corrections of bending.
-const RESIDUALS: usize = 4;
+/// Residual fields, about: as a share of all fields, and where the membrane carries the loads.
+const RESIDUALS: f64 = 0.15;
 const MEMBRANE_RESIDUALS: usize = 40;
-const CORRECTIONS: usize = 4;
+/// Of a normal matrix's trace, what keeps it regular where shapes strain fewer forms than there are.
+const RIDGE: f64 = 1e-10;
 /// Shapes that are mixed of two others, and how much of either there is, at most.
 const MIXED: usize = 200;
 const MOST: [f64; 2] = [1.0, 0.7];
@@ -34,8 +39,6 @@ const BEYOND: f64 = 3.0;
 const LEAST_STIFFNESS: f64 = 0.5;
 /// Of the whole stiffness, what stands for that of directions which neither bend nor strain along a form.
 const NEXT_TO_NOTHING: f64 = 1e-6;
-/// Bends whose products are summed at once.
-const CHUNK: usize = 512;
 /// Nanoseconds that what a bend is made of takes, about.
 const BEND: u64 = 20_000;
 
@@ -45,6 +48,8 @@ pub struct Sources<'a> {
     pub shell: &'a Shell,
     /// B.
     pub columns: &'a [Vec<Vec3>],
+    /// How many of them, the first, are modes.
+    pub modes: usize,
     /// On all elements of the membrane.
     pub assumed: &'a Assumed,
     /// Shapes q that the shell is likely to take.
@@ -80,9 +85,13 @@ impl Told {
         if shell.is_stressed() {
             return None;
         }
-        let (mut elements, mut folded, mut images, mut pairs) = (vec![], vec![], vec![], Pairs::new(&shell.mesh));
+        let (mut elements, mut curvatures, mut folded, mut images) = (vec![], vec![], vec![], vec![]);
+        let mut pairs = Pairs::new(&shell.mesh);
         let told = shell.energy.visit_terms(&shell.mesh.positions, &mut |term| match term {
-            Term::Stretch(terms) => elements.push(terms.iter().map(|(pair, p)| (pairs.number(*pair), *p)).collect()),
+            Term::Stretch(terms, curvature) => {
+                elements.push(terms.iter().map(|(pair, p)| (pairs.number(*pair), *p)).collect());
+                curvatures.push(curvature.to_vec());
+            }
             Term::Bend(folds, rows) => folded.push((folds.to_vec(), rows.to_vec())),
             Term::Image(vertex, plane) => images.push((vertex, *plane)),
         });
@@ -91,7 +100,7 @@ impl Told {
         }
         let mut bends = threads::map(&folded, BEND * folded.len() as u64, |(folds, rows)| Bend::new(folds, rows));
         bends.iter_mut().for_each(|bend| bend.number(&mut pairs));
-        Some(Self { strains: Strains { elements }, bends, images, pairs: pairs.list })
+        Some(Self { strains: Strains { elements, curvatures }, bends, images, pairs: pairs.list })
     }
 }
 
@@ -102,22 +111,30 @@ fn coefficients(sources: &Sources, told: &Told, watch: &mut dyn FnMut(f64) -> Re
     let shapes = mixed(sources.shapes, sources.gains / pairs.len().max(1));
     let gains = Gains::new(&rest, pairs, &rows, &shapes);
     watch(0.1)?;
-    let (corrections, signs) = corrections(bends, &gains, pairs.len())?;
+    let slopes = Gains::slopes(&rest, pairs, &rows, SOFTEST.min(sources.modes));
+    let (corrections, signs) = corrections(bends, [&slopes, &gains], pairs.len())?;
     watch(0.3)?;
     let taken = assumed.stresses.nrows() + signs.len();
-    let residuals = if assumed.membrane_share < CARRYING { RESIDUALS } else { MEMBRANE_RESIDUALS };
-    let residuals = (taken + residuals).next_multiple_of(WIDTH) - taken; // those that fill a register are free
-    let fields = strains.fields(assumed, &gains, residuals)?;
+    let carries = assumed.membrane_share >= CARRYING;
+    let residuals = if carries { MEMBRANE_RESIDUALS } else { (RESIDUALS * rows.n as f64) as usize };
+    let filled = (taken + residuals + WIDTH / 2) / WIDTH * WIDTH; // those that fill a register are free
+    let residuals = filled.saturating_sub(taken);
+    let mut fields = strains.fields(assumed, &gains, residuals)?;
     let (assuming, membrane) = (assumed.stresses.nrows(), fields.ncols());
     let membrane_pairs = strains.transposed(&fields, pairs.len());
     watch(0.4)?;
-    let all = Mat::from_fn(pairs.len(), membrane + signs.len(), |e, k| match k < membrane {
+    let mut all = Mat::from_fn(pairs.len(), membrane + signs.len(), |e, k| match k < membrane {
         true => membrane_pairs[(e, k)],
         false => corrections[(e, k - membrane)],
     });
+    let mut strained = all.transpose() * gains.matrix().transpose();
+    let counts = carries && membrane >= LEADING && strains.is_curved();
+    if counts {
+        turn([&mut fields, &mut all, &mut strained], assuming)?;
+    }
+    let engineering = if counts { strains.engineering(&fields, &gains, &strained) } else { None };
     let mut forms = pairs::forms(&rest, pairs, &rows, all.as_ref());
     watch(0.7)?;
-    let strained = all.transpose() * gains.matrix().transpose();
     for (k, form) in forms.iter_mut().enumerate() {
         form.weight = match k.checked_sub(membrane) {
             None if k < assuming => 1.0,
@@ -131,7 +148,7 @@ fn coefficients(sources: &Sources, told: &Told, watch: &mut dyn FnMut(f64) -> Re
     let [mut bending, stiffness] = hessians(bends, &rows);
     stiffen(&mut bending, (&forms, membrane), &stiffness, sources.stiffness);
     watch(0.8)?;
-    Ok(Coefficients { forms, membrane, bending, stiffness, cubic: cubic(bends, &rows) })
+    Ok(Coefficients { forms, membrane, bending, stiffness, cubic: cubic(bends, &rows), engineering })
 }
 
 /// Makes the stiffness at rest, C₂ + Σ w A Aᵀ, that of bending's own Hessian and the membrane's forms along directions where it is less than
@@ -191,9 +208,10 @@ fn mixed(shapes: &[Vec<f64>], most: usize) -> Vec<Vec<f64>> {
     all
 }
 
-/// The linear map from y of the edges to the membrane's strains, in the order of its elements.
+/// The map from y of the pairs to the membrane's strains, in the order of its elements: factors of y, and second derivatives by these y.
 struct Strains {
     elements: Vec<Vec<(usize, f64)>>,
+    curvatures: Vec<Vec<f64>>,
 }
 
 impl Strains {
@@ -230,6 +248,36 @@ impl Strains {
         }
     }
 
+    /// Whether any is not linear in y.
+    fn is_curved(&self) -> bool {
+        self.curvatures.iter().flatten().any(|x| *x != 0.0)
+    }
+
+    /// C of the first fields, whose values at the shapes with these gains are the first rows of `strained`.
+    fn engineering(&self, fields: &Mat<f64>, gains: &Gains, strained: &Mat<f64>) -> Option<Engineering> {
+        let s = strained.subrows(0, LEADING);
+        let weight = |shape: usize| s.col(shape).norm_l2().max(f64::MIN_POSITIVE).recip(); // of squares
+        let weighed = Mat::from_fn(gains.shapes, LEADING, |shape, k| weight(shape) * s[(k, shape)]);
+        let normal = s * &weighed;
+        let mut normal = Matrix::from_fn(|i, j| 0.5 * (normal[(i, j)] + normal[(j, i)]));
+        let ridge = RIDGE * normal.trace();
+        (0..LEADING).for_each(|k| normal[(k, k)] += ridge);
+        let inverse = normal.cholesky()?.inverse();
+        let along = gains.matrix().transpose() * (weighed * Mat::from_fn(LEADING, LEADING, |i, j| inverse[(i, j)]));
+        let mut engineering = Engineering([Matrix::zeros(); LEADING]);
+        for (e, (element, curvature)) in self.elements.iter().zip(&self.curvatures).enumerate() {
+            let mut own = Matrix::zeros();
+            let both = (0..element.len()).flat_map(|m| (0..=m).map(move |n| (m, n)));
+            for ((m, n), second) in both.zip(curvature) {
+                let [left, right] = [m, n].map(|m| Vector::from_fn(|k, _| along[(element[m].0, k)]));
+                let share = if m == n { 0.5 * second } else { *second };
+                own += share * (left * right.transpose() + right * left.transpose());
+            }
+            engineering.0.iter_mut().enumerate().for_each(|(j, of)| *of -= fields[(e, j)] * own);
+        }
+        Some(engineering)
+    }
+
     /// The strains along fields, as sums over pairs (pairs × fields).
     fn transposed(&self, fields: &Mat<f64>, pairs: usize) -> Mat<f64> {
         let mut sums = Mat::zeros(pairs, fields.ncols());
@@ -242,84 +290,21 @@ impl Strains {
     }
 }
 
-/// |D|^½ y of some bends at shapes with the gains.
-struct Roots<'a> {
-    bends: &'a [Bend],
-    /// Eigenvectors of D by the roots of its eigenvalues.
-    roots: Vec<DMatrix<f64>>,
-    /// Their signs, and whose pair each is of.
-    signs: Vec<f64>,
-    rows: Vec<(usize, usize)>,
-}
-
-impl<'a> Roots<'a> {
-    fn new(bends: &'a [Bend]) -> Self {
-        let (mut roots, mut signs, mut rows) = (vec![], vec![], vec![]);
-        for (b, bend) in bends.iter().enumerate() {
-            let told = bend.correction.iter().all(|x| x.is_finite());
-            let size = bend.pairs.len();
-            let correction = if told { bend.correction.clone() } else { DMatrix::zeros(size, size) };
-            let SymmetricEigen { eigenvalues, eigenvectors } = SymmetricEigen::new(correction);
-            signs.extend(eigenvalues.iter().map(|x| x.signum()));
-            roots.push(DMatrix::from_fn(size, size, |i, k| eigenvectors[(i, k)] * eigenvalues[k].abs().sqrt()));
-            rows.extend((0..size).map(|k| (b, k)));
-        }
-        Self { bends, roots, signs, rows }
+/// Turns the stress fields so that the first have most of the strains at shapes (forms × shapes), which count by the roots of their sizes: the
+/// fields, their sums over pairs and their values.
+fn turn([fields, sums, strained]: [&mut Mat<f64>; 3], assuming: usize) -> Result<()> {
+    let mut own = strained.subrows(0, assuming).to_owned();
+    for shape in own.as_mut().col_iter_mut() {
+        let factor = shape.norm_l2().max(f64::MIN_POSITIVE).sqrt().recip();
+        shape.iter_mut().for_each(|s| *s *= factor);
     }
-
-    /// Of each pair (shapes × Σ pairs).
-    fn at(&self, gains: &Gains) -> Mat<f64> {
-        let mut z = Mat::zeros(gains.shapes, self.rows.len());
-        for (row, (b, k)) in self.rows.iter().enumerate() {
-            for (i, pair) in self.bends[*b].pairs.iter().enumerate().filter_map(|(i, pair)| Some((i, (*pair)?))) {
-                let root = self.roots[*b][(i, *k)];
-                z.col_mut(row).iter_mut().zip(gains.of(pair)).for_each(|(sum, y)| *sum += root * y);
-            }
-        }
-        z
+    let (_, vectors) = symmetric_eigen((&own * own.transpose()).as_ref())?;
+    let turn = vectors.as_ref().reverse_cols();
+    for matrix in [fields, sums] {
+        let turned = matrix.subcols(0, assuming) * turn;
+        matrix.subcols_mut(0, assuming).copy_from(&turned);
     }
-}
-
-/// The few sums over pairs (pairs × sums) whose squares, by their signed weights, are near ½ Σ yᵀDy at the shapes; and the weights.
-fn corrections(bends: &[Bend], gains: &Gains, pairs: usize) -> Result<(Mat<f64>, Vec<f64>)> {
-    let shapes = gains.shapes;
-    let parts = threads::parts(bends, CHUNK);
-    let work = 3.0 * MULTIPLICATION * (bends.len() * shapes * shapes) as f64;
-    let made = threads::map(&parts, work as u64, |part| {
-        let mut gram = Mat::<f64>::zeros(shapes, shapes);
-        let roots: Vec<Roots> = part.chunks(CHUNK).map(Roots::new).collect();
-        for some in &roots {
-            let z = some.at(gains);
-            add_lower(gram.as_mut(), z.as_ref(), z.transpose());
-        }
-        (roots, gram)
-    });
-    let mut gram = Mat::<f64>::zeros(shapes, shapes);
-    made.iter().for_each(|(_, part)| gram += part);
-    // Shapes count by the roots of their sizes.
-    let scale: Vec<f64> = (0..shapes).map(|s| gram[(s, s)].max(f64::MIN_POSITIVE).sqrt().sqrt().recip()).collect();
-    let scaled = Mat::from_fn(shapes, shapes, |i, j| scale[i] * gram[(i.max(j), i.min(j))] * scale[j]);
-    if shapes == 0 || scaled.norm_max() == 0.0 {
-        return Ok((Mat::zeros(pairs, 0), vec![]));
-    }
-    let (values, vectors) = symmetric_eigen(scaled.as_ref())?;
-    let largest = values[shapes - 1];
-    let kept: Vec<usize> = (0..shapes).rev().take(CORRECTIONS).filter(|k| values[*k] > 1e-10 * largest).collect();
-    let mixing = Mat::from_fn(shapes, kept.len(), |s, k| scale[s] * vectors[(s, kept[k])] / values[kept[k]].sqrt());
-    let fields = threads::map(&made, work as u64 / 10, |(roots, _)| {
-        roots.iter().map(|some| mixing.transpose() * some.at(gains)).collect::<Vec<_>>()
-    });
-    let mut sums = Mat::<f64>::zeros(pairs, kept.len());
-    let mut signed = Mat::<f64>::zeros(kept.len(), kept.len());
-    for (roots, fields) in made.iter().flat_map(|(roots, _)| roots).zip(fields.iter().flatten()) {
-        let by_sign = Mat::from_fn(fields.ncols(), kept.len(), |row, k| roots.signs[row] * fields[(k, row)]);
-        matmul(signed.as_mut(), Accum::Add, fields, &by_sign, 1.0, Par::Seq);
-        for (row, (b, k)) in roots.rows.iter().enumerate() {
-            for (i, pair) in roots.bends[*b].pairs.iter().enumerate().filter_map(|(i, pair)| Some((i, (*pair)?))) {
-                (0..kept.len()).for_each(|c| sums[(pair, c)] += roots.roots[*b][(i, *k)] * fields[(c, row)]);
-            }
-        }
-    }
-    let (weights, turns) = symmetric_eigen(signed.as_ref())?;
-    Ok((sums * turns, weights))
+    let turned = turn.transpose() * strained.subrows(0, assuming);
+    strained.subrows_mut(0, assuming).copy_from(&turned);
+    Ok(())
 }

@@ -41,10 +41,12 @@ pub struct Gate {
 /// The polynomial is taken where it misses at most this multiple of what the sampled energy does: its step is many times faster.
 const WORTH: f64 = 1.25;
 /// And where it misses no more than this, which nobody sees: samples may then miss less still, as they are fitted to these equilibria. Not where the
-/// membrane carries the loads: Green's strains and cubic bending then miss three times as much of loads that no training had, and samples do not.
+/// membrane carries the loads: the polynomial then misses more of loads that no training had, and samples do not.
 pub const UNSEEN: f64 = 0.01;
-/// What misses more of a shape ends at another one, and how far off that is tells nothing.
+/// What misses more of a shape ends at another one, and how far off that is tells little.
 const LOST: f64 = 0.1;
+/// And what misses more than this is on its way to no shape at all.
+const ASTRAY: f64 = 2.0;
 
 /// Equilibria that a range rests on, at least; and the least range that is worth a change of form in motion, of the reach.
 const LEAST: usize = 4;
@@ -52,8 +54,11 @@ const SOME: f64 = 0.25;
 
 /// Whether the polynomial is as good as the sampled energy.
 fn as_good(polynomial: &Errors, sampled: &Errors, unseen: f64) -> bool {
-    let within = |polynomial: f64, sampled: f64| polynomial.min(LOST) <= unseen.max(WORTH * sampled);
-    within(polynomial.median, sampled.median) && within(polynomial.most, sampled.most)
+    let within = |polynomial: f64, sampled: f64| polynomial <= unseen.max(WORTH * sampled);
+    within(polynomial.median, sampled.median.max(LOST))
+        && within(polynomial.median.min(LOST), sampled.median)
+        && within(polynomial.most.min(LOST), sampled.most)
+        && polynomial.most <= ASTRAY
 }
 
 impl Gate {

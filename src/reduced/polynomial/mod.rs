@@ -5,11 +5,14 @@
 //! A *form* s_k is a sum Σ p y over pairs of vertices of what their squared distances gained, y = l² − l̄²: exactly quadratic in q. The
 //! membrane's stress fields and what poses leave beside them are such sums (`forms`). Bending is cubic where lengths hold
 //! (Garg, Grinspun, Wardetzky, Zorin, *Cubic Shells*, 2007), and forms of weights of either sign correct it where they do not
-//! (`bends`). φ(s) = s²/(1 + s²/S²), bounded, where the weight is negative, else s².
+//! (`bends`). φ(s) = s²/(1 + s²/S²), bounded, where the weight is negative, else s². Where the membrane carries the loads, the first forms
+//! count by their engineering strains ŝ(s) in place of s (`engineering`), and the energy is no polynomial any more.
 //!
 //! Every term keeps its value when all that it joins turns.
 
 mod bends;
+mod corrections;
+mod engineering;
 mod evaluate;
 mod forms;
 mod gate;
@@ -18,6 +21,7 @@ mod near;
 mod pairs;
 mod saved;
 
+pub use engineering::{Engineering, LEADING};
 pub use evaluate::Room;
 pub use forms::{Sources, make};
 pub use gate::{Errors, Gate, UNSEEN};
@@ -28,7 +32,6 @@ use super::factor::{Factor, SIDE, row};
 use super::products::WIDTH;
 use crate::arithmetic::Arithmetic;
 use crate::energy::Curvature;
-use evaluate::resist;
 use nalgebra::{DMatrix, SymmetricEigen};
 use pulp::Arch;
 
@@ -69,6 +72,8 @@ pub struct Coefficients {
     pub stiffness: DMatrix<f64>,
     /// C₃, a symmetric matrix for each field.
     pub cubic: Vec<DMatrix<f64>>,
+    /// How the first forms count, if not by s.
+    pub engineering: Option<Engineering>,
 }
 
 /// See the module's text. Q and C₃ are rounded to 32 bits once: both copies of Q and all of C₃ are of one polynomial, whose value, gradient and
@@ -96,6 +101,7 @@ pub struct PolynomialEnergy {
     stiffness: Aligned<f64>,
     /// Above both C₂ and bending's rest Hessian, as symmetric matrices are.
     convex: Aligned<f64>,
+    engineering: Option<Box<Engineering>>,
     narrow: Narrow,
     /// How near it is to the shell, as far as that was tried.
     pub gate: Gate,
@@ -156,7 +162,7 @@ impl Narrow {
 impl PolynomialEnergy {
     /// From its coefficients.
     pub fn new(coefficients: &Coefficients) -> Self {
-        let Coefficients { forms: list, membrane, bending, stiffness, cubic } = coefficients;
+        let Coefficients { forms: list, membrane, bending, stiffness, cubic, engineering } = coefficients;
         let n = bending.nrows();
         let (stride, forms) = (n.next_multiple_of(WIDTH), list.len().max(1).next_multiple_of(SIDE));
         let padded = n.next_multiple_of(kernel::ROWS);
@@ -188,6 +194,7 @@ impl PolynomialEnergy {
             bending: blocks_of(bending).into(),
             stiffness: blocks_of(stiffness).into(),
             convex: blocks_of(&above(stiffness, bending)).into(),
+            engineering: engineering.clone().map(Box::new),
             narrow: Narrow::of(list, bending),
             gate: Gate::default(),
             arch: Arithmetic::default().arch(),
@@ -219,6 +226,7 @@ impl PolynomialEnergy {
             bending: matrix(&|i, j| self.bending[kernel::at(i, j, n)]),
             stiffness: matrix(&|i, j| self.stiffness[kernel::at(i, j, n)]),
             cubic: (0..n).map(|k| tiled(&self.cubic, k, n)).collect(),
+            engineering: self.engineering.as_deref().cloned(),
         }
     }
 
@@ -242,7 +250,8 @@ impl PolynomialEnergy {
         let lists = [&self.weights, &self.bounds, &self.linear, &self.bending, &self.stiffness];
         let Gate { polynomial, sampled, reach, strain, range, .. } = self.gate;
         let told = [polynomial.median, polynomial.most, sampled.median, sampled.most, reach, strain, range];
-        lists.into_iter().flatten().chain(&told).all(|x| x.abs() <= LARGEST)
+        let bent = self.engineering.iter().flat_map(|engineering| engineering.0.iter().flatten());
+        lists.into_iter().flatten().chain(&told).chain(bent).all(|x| x.abs() <= LARGEST)
             && self.quadratic.iter().chain(&self.cubic).all(|x| x.is_finite())
     }
 
@@ -337,7 +346,7 @@ impl PolynomialEnergy {
     pub fn membrane(&self, q: &[f64], scratch: &mut Scratch) -> f64 {
         let room = scratch.polynomial();
         room.place(self, q, false);
-        (0..self.membrane).map(|k| resist(self.weights[k], self.bounds[k], room.s[k])[0]).sum()
+        room.resisted(self, self.membrane)
     }
 
     /// The lower triangle from a square.

@@ -94,6 +94,18 @@ impl Gains {
         Self { shapes: count, numbers }
     }
 
+    /// What they gain at rest along the first so many fields, to first order.
+    pub fn slopes(x: &[Vec3], pairs: &[[u32; 2]], rows: &Rows, most: usize) -> Self {
+        let (shapes, mut apart) = (most.min(rows.n), vec![0.0; 3 * rows.n]);
+        let mut numbers = Vec::with_capacity(pairs.len() * shapes);
+        for pair in pairs {
+            rows.difference(*pair, &mut apart);
+            let edge = x[pair[1] as usize] - x[pair[0] as usize];
+            numbers.extend((0..shapes).map(|k| 2.0 * (0..3).map(|c| edge[c] * apart[c * rows.n + k]).sum::<f64>()));
+        }
+        Self { shapes, numbers }
+    }
+
     /// Of one pair.
     pub fn of(&self, pair: usize) -> &[f64] {
         &self.numbers[pair * self.shapes..][..self.shapes]

@@ -9,15 +9,19 @@
 //! | C₂, bending's rest Hessian | f(f + 1) × f64 |
 //! | C₃ | f(f + 1)(f + 2)/6 × f64 |
 //! | the range; models of before it was known lack it | f64 |
+//! | C of the first forms, if they count by engineering strains: of each, where a ≥ b | 0 or 288 × f64 |
 
 use super::super::{MAX_FIELDS, MAX_STRESSES};
-use super::{Coefficients, Errors, Form, Gate, LARGEST, PolynomialEnergy, unseen};
+use super::engineering::Matrix;
+use super::{Coefficients, Engineering, Errors, Form, Gate, LARGEST, LEADING, PolynomialEnergy, unseen};
 use crate::real::Real;
 use crate::{Error, ErrorKind, Result};
 use nalgebra::DMatrix;
 
 const FRONT: usize = 16;
 const FACTS: usize = 6;
+/// Bytes of C.
+const ENGINEERING: usize = 8 * LEADING * LEADING * (LEADING + 1) / 2;
 /// Beside stress fields: of residual strains and corrections.
 const MORE_FORMS: usize = 64;
 
@@ -64,12 +68,12 @@ impl Reader<'_> {
 impl PolynomialEnergy {
     /// Size of [`PolynomialEnergy::save`].
     pub fn saved_size(&self) -> usize {
-        size(self.n(), self.n_saved()) + 8
+        size(self.n(), self.n_saved()) + 8 + if self.engineering.is_some() { ENGINEERING } else { 0 }
     }
 
     /// Appends the content of the section.
     pub fn save(&self, out: &mut Vec<u8>) {
-        let Coefficients { forms, membrane, bending, stiffness, cubic } = self.coefficients();
+        let Coefficients { forms, membrane, bending, stiffness, cubic, engineering } = self.coefficients();
         let Gate { tried, polynomial, sampled, reach, strain, range, .. } = self.gate;
         [self.n() as u32, forms.len() as u32, membrane as u32, tried].iter().for_each(|x| out.extend(x.to_le_bytes()));
         [polynomial.median, polynomial.most, sampled.median, sampled.most, reach, strain]
@@ -85,6 +89,9 @@ impl PolynomialEnergy {
             (0..=i).for_each(|j| (0..=j).for_each(|l| matrix[(j, l)].put(out)));
         }
         range.put(out);
+        for matrix in engineering.iter().flat_map(|engineering| &engineering.0) {
+            (0..LEADING).for_each(|i| (0..=i).for_each(|j| matrix[(i, j)].put(out)));
+        }
     }
 
     /// What [`PolynomialEnergy::save`] wrote, for a reduced shell of `n` fields.
@@ -99,7 +106,8 @@ impl PolynomialEnergy {
                 format!("a polynomial energy of {fields} fields, {membrane} of {forms} forms is out of range");
             return invalid(message);
         }
-        if ![size(n, forms), size(n, forms) + 8].contains(&content.len()) {
+        let least = size(n, forms);
+        if ![least, least + 8, least + 8 + ENGINEERING].contains(&content.len()) {
             let message = format!("{} bytes are not those of a polynomial energy of {n} fields", content.len());
             return invalid(message);
         }
@@ -127,11 +135,20 @@ impl PolynomialEnergy {
             }
         }
         gate.unseen = unseen(forms[..membrane].iter().map(|form| form.weight));
-        gate.range = match content.len() > size(n, count(1) as usize) {
+        gate.range = match content.len() > least {
             true => from.number(),
             false if gate.holds() => gate.reach,
             false => 0.0,
         };
+        let engineering = (content.len() > least + 8).then(|| {
+            Engineering(std::array::from_fn(|_| {
+                let square = from.triangle(LEADING);
+                Matrix::from_fn(|i, j| square[(i, j)])
+            }))
+        });
+        if engineering.is_some() && membrane < LEADING {
+            return invalid(format!("{membrane} forms of the membrane are too few to count by engineering strains"));
+        }
         if gate.range < 0.0 {
             return invalid("the range of its polynomial energy is negative");
         }
@@ -142,7 +159,7 @@ impl PolynomialEnergy {
         if !forms.iter().enumerate().all(weighs) || forms.last().is_some_and(|form| form.weight == 0.0) {
             return invalid("a weight of its polynomial energy is not positive");
         }
-        let coefficients = Coefficients { forms, membrane, bending, stiffness, cubic };
+        let coefficients = Coefficients { forms, membrane, bending, stiffness, cubic, engineering };
         let energy = Self { gate, ..Self::new(&coefficients) };
         if !energy.is_finite() {
             return invalid("a coefficient of its polynomial energy is beyond numbers of 32 bits");
