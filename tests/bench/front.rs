@@ -1,9 +1,10 @@
 //! Error against the full shell on loads that were never trained on: the paper's warp beside reduced shells of several sizes, with the best
 //! that their fields could do, and what goes on after `State::fall_back`. docs/evidence/front.md says what it found.
 //!
-//! usage: front [--scene KEY] [--reduced "FIELDS,ELEMENTS,POSES ..."] [--docs FILE] [--ablate] [--judge] [--gates]
+//! usage: front [--scene KEY] [--reduced "FIELDS,ELEMENTS,POSES ..."] [--docs FILE] [--ablate] [--follow] [--judge] [--gates]
 //!
 //! With --ablate, what each ingredient of the reduced shell buys, on held-out and fresh loads: a column of docs/evidence/front.md for each shell.
+//! With --follow, what one Newton step of the full shell a frame makes of the loads at a fifth of the size.
 //! With --judge, the judging list of front/judging.rs by what SW_METHOD_AUTO takes, with 8 modes and 20, 40 and 100 fields. With --gates, what each
 //! gate found and took.
 #![allow(missing_docs)]
@@ -14,6 +15,8 @@ mod cases;
 mod common;
 #[path = "docs.rs"]
 mod docs;
+#[path = "front/followed.rs"]
+mod followed;
 #[path = "front/judging.rs"]
 mod judging;
 #[path = "front/pooled.rs"]
@@ -392,6 +395,21 @@ fn judge() -> [String; 2] {
     [claims, reached]
 }
 
+/// What a step a frame makes of the loads at a fifth, of all scenes or one.
+fn follow(key: Option<&String>, docs: Option<&String>) {
+    let mut table = followed::HEADER.to_owned();
+    for scene in scenes::all().iter().filter(|scene| key.is_none_or(|key| key == scene.key)) {
+        for fields in [20, 40] {
+            let row = followed::row(scene, fields);
+            print!("{row}");
+            table += &row;
+        }
+    }
+    if let Some(file) = docs {
+        docs::put_section(file, "front followed", &table).unwrap();
+    }
+}
+
 fn main() {
     let arguments: Vec<String> = std::env::args().collect();
     let value = |key: &str| arguments.iter().position(|a| a == key).and_then(|i| arguments.get(i + 1));
@@ -411,6 +429,9 @@ fn main() {
             contenders(&scene, value("--reduced").map_or(SPECS, |specs| specs));
         }
         return;
+    }
+    if arguments.iter().any(|a| a == "--follow") {
+        return follow(value("--scene"), value("--docs"));
     }
     for scene in scenes::all() {
         if value("--scene").is_some_and(|key| key != scene.key) {

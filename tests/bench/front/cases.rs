@@ -84,6 +84,30 @@ pub fn loaded(scene: &Scene, model: &Arc<Model>, method: Method, case: &Case) ->
     Some((state, found))
 }
 
+/// The same in so many frames from one strength to the next, each of which is told.
+pub fn led(
+    scene: &Scene,
+    (model, method): (&Arc<Model>, Method),
+    case: &Case,
+    frames: usize,
+    frame: &mut dyn FnMut(&mut State),
+) -> Option<State> {
+    let rest = &scene.shell.mesh.positions;
+    let loads = scene.loads(case.part.list());
+    let mut state = state(model, method).ok()?;
+    let mut before = 0.0;
+    for strength in &case.strengths {
+        for k in 1..=frames {
+            let part = before + (strength - before) * k as f64 / frames as f64;
+            apply(&mut state, &loads[case.load].action, part, rest).ok()?;
+            let _ = state.equilibrium();
+            frame(&mut state);
+        }
+        before = *strength;
+    }
+    Some(state)
+}
+
 /// The cases of a scene; those whose equilibrium is not found are left out.
 pub fn find(scene: &Scene) -> Vec<Case> {
     scene.lists.iter().flat_map(|list| of_list(scene, &scene.loads(*list))).collect()

@@ -1,0 +1,56 @@
+//! What one Newton step of the full shell a frame makes of the loads at a fifth of the size, as a state that is led goes on from frame to frame.
+
+use crate::cases::{self, Case};
+use crate::common::mass_error;
+use crate::scenes::{Part, Scene};
+use crate::{AT, NEARLY, off};
+use shellwarp::model::{Model, Options};
+use shellwarp::reduced;
+use shellwarp::state::Space;
+use std::sync::Arc;
+
+/// Frames of the way from one strength to the next.
+const FRAMES: usize = 24;
+const MODES: usize = 8;
+
+/// The table's head.
+pub const HEADER: &str = "| shell | fields | form | at most 5 % off | median, % | with a step a frame | median, % | with two | median, % |\n\
+     |---|---|---|---|---|---|---|---|---|\n";
+
+fn cell(errors: &mut [f64]) -> String {
+    errors.sort_by(f64::total_cmp);
+    let near = errors.iter().filter(|error| **error <= NEARLY).count();
+    let median = errors.get(errors.len() / 2).map_or(f64::NAN, |error| 100.0 * error);
+    format!("{near} of {} | {median:.2}", errors.len())
+}
+
+/// The row of a scene by what its gate takes with so many fields; of the loads that nothing was chosen by.
+pub fn row(scene: &Scene, fields: usize) -> String {
+    let reduced = reduced::Options { fields, poses: reduced::MAX_POSES, ..Default::default() };
+    let options = Options { modes: MODES, reduced, ..Options::default() };
+    let model = Model::precompute(scene.shell.clone(), &options, &mut |_, _| Ok(())).unwrap();
+    let (method, model) = (model.chosen_method(), Arc::new(model));
+    let counts =
+        |case: &Case| case.part != Part::Validation && case.is_confirmed() && case.aim == AT && case.came_near();
+    let mut errors = [vec![], vec![], vec![]];
+    for case in cases::find(scene).iter().filter(|case| counts(case)) {
+        let rest = &scene.shell.mesh.positions;
+        let of = |state: &shellwarp::state::State| {
+            let x = state.positions_corrected(Space::Frame, 1).ok()?;
+            let u: Vec<_> = x.iter().zip(rest).map(|(x, rest)| x - rest).collect();
+            Some(mass_error(&scene.shell, &u, &case.exact))
+        };
+        for (steps, errors) in errors.iter_mut().enumerate() {
+            let state = cases::led(scene, (&model, method), case, FRAMES, &mut |state| {
+                let _ = state.correct(steps); // the next frame goes on from what there is
+            });
+            let error = match steps {
+                0 => state.map(|state| off(scene, &state, case)),
+                _ => state.as_ref().and_then(of),
+            };
+            errors.push(error.unwrap_or(f64::INFINITY));
+        }
+    }
+    let cells: Vec<String> = errors.iter_mut().map(|errors| cell(errors)).collect();
+    format!("| {} | {fields} | {method:?} | {} |\n", scene.key, cells.join(" | "))
+}
