@@ -1,9 +1,9 @@
 //! Steps and positions of the polynomial shell beside the warp's, taking turns on one machine, on leaves of several sizes; and what a
 //! step of its length misses of the same motion in much shorter steps.
 //!
-//! usage: polynomial [--leaf FINE] [--size SHARE] [--poses COUNT] [--turns COUNT] [--errors] [--sampled] [N ...]
+//! usage: polynomial [--leaf FINE | --leg] [--size SHARE] [--poses COUNT] [--turns COUNT] [--errors] [--sampled] [N ...]
 //!
-//! N are modes and fields together. The leaf's edges are FINE times as short. It swings: gravity that bends it by SHARE of its size to first
+//! N are modes and fields together. The leaf's edges are FINE times as short; --leg has a limp trouser leg in its place. It swings: gravity that bends it by SHARE of its size to first
 //! order acts, turns over after a second and is gone after two and a half. COUNT equilibria train it, as many as are usual unless told. A step's time is the mean over
 //! all of the least that each few took in COUNT turns. Positions
 //! are read in 32 bits and, of the same fields, in 16. Models stay in out/bench.
@@ -12,12 +12,12 @@
 #[path = "../common/mod.rs"]
 mod common;
 
-use common::{displacements, error, leaf};
+use common::{displacements, error, leaf, read_obj};
 use shellwarp::model::{Model, Options, Precision};
 use shellwarp::reduced;
 use shellwarp::state::{Method, Space, State};
 use shellwarp::step::Integrator;
-use shellwarp::{Shell, Vec3};
+use shellwarp::{Material, Mesh, Shell, Supports, Vec3};
 use std::hint::black_box;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -30,9 +30,17 @@ const TOGETHER: usize = 12;
 const TURNS: usize = 25;
 const MODES: usize = 8;
 
+/// That of tests/bench/front/scenes.rs, whose membrane carries the loads.
+fn leg() -> Shell {
+    let (positions, triangles) = read_obj("character_leg_left.obj");
+    let fixed = (0..positions.len() as u32).filter(|v| positions[*v as usize].y > 86.0).collect();
+    let material = Material { k_area: 1e5, k_length: 1e5, k_bend: 8000.0, area_density: 0.04 };
+    Shell::new(Mesh::new(positions, &triangles).unwrap(), material, &Supports { fixed, ..Default::default() }).unwrap()
+}
+
 /// Precomputed, or as it was saved by an earlier run.
 fn model(shell: &Arc<Shell>, n: usize, poses: usize) -> Arc<Model> {
-    let file = PathBuf::from(format!("out/bench/leaf_{}_{n}_{poses}.swm", shell.mass.len()));
+    let file = PathBuf::from(format!("out/bench/shell_{}_{n}_{poses}.swm", shell.mass.len()));
     if let Some(model) = std::fs::read(&file).ok().and_then(|bytes| Model::load(&bytes).ok()) {
         return Arc::new(model);
     }
@@ -113,7 +121,7 @@ fn main() {
     let mut sizes: Vec<usize> = vec![];
     let mut strength = 0.4;
     let mut args = std::env::args().skip(1);
-    let (mut errors, mut poses, mut turns) = (false, None, TURNS);
+    let (mut errors, mut poses, mut turns, mut limp) = (false, None, TURNS, false);
     let mut method = Method::PolynomialShell;
     while let Some(arg) = args.next() {
         match arg.as_str() {
@@ -122,6 +130,7 @@ fn main() {
             "--poses" => poses = args.next().unwrap().parse().ok(),
             "--turns" => turns = args.next().unwrap().parse().unwrap(),
             "--errors" => errors = true,
+            "--leg" => limp = true,
             "--sampled" => method = Method::ReducedShell,
             n => sizes.push(n.parse().unwrap()),
         }
@@ -129,7 +138,7 @@ fn main() {
     if sizes.is_empty() {
         sizes = vec![20, 28, 48];
     }
-    let shell = Arc::new(leaf(fine));
+    let shell = Arc::new(if limp { leg() } else { leaf(fine) });
     let poses = poses.unwrap_or_else(|| reduced::default_poses(shell.mass.len()));
     let models: Vec<_> = sizes.iter().map(|n| model(&shell, *n, poses)).collect();
     let packed: Vec<_> = models.iter().map(|model| in_16_bits(model)).collect();
@@ -156,7 +165,7 @@ fn main() {
     }
     let best: Vec<_> =
         steps.iter().zip(&reads).map(|(steps, read)| [steps.iter().sum::<f64>() / STEPS as f64, *read]).collect();
-    println!("leaf of {} vertices, {STEPS} steps of 1/60 s, gravity for {strength} of its size", shell.mass.len());
+    println!("{} vertices, {STEPS} steps of 1/60 s, gravity for {strength} of its size", shell.mass.len());
     let mut names = vec!["warp, 8 modes".to_owned()];
     for bits in [32, 16] {
         names.extend(sizes.iter().map(|n| format!("polynomial, r = {n}, {bits} bits")));
