@@ -155,7 +155,7 @@ impl Energy for AreaEnergy {
         self.each_hessian(x, stress.share, strain, visit);
     }
 
-    /// A − Ā = Σ cot ᾱ y/4 over the sides, and to second order ½ Σ c_ij y_i y_j/(16 Ā), where c_ij is 1 − cot ᾱ_i cot ᾱ_j, or −1 − cot² ᾱ_i.
+    /// A − Ā = Σ cot ᾱ y/4 over the sides + ½ Σ c_ij y_i y_j/(16 Ā), to second order. c_ij = 1 − cot ᾱ_i cot ᾱ_j, and c_ii = −1 − cot² ᾱ_i.
     fn visit_terms(&self, rest: &[Vec3], visit: &mut dyn FnMut(Term)) -> bool {
         for (t, divisor) in self.triangles.iter().zip(&self.divisor) {
             let x = t.map(|v| rest[v as usize]);

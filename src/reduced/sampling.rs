@@ -62,9 +62,9 @@ impl Whole {
     }
 }
 
-/// Weights of all elements (in the order of the rest rows), at most `wanted` of them not 0, that reproduce the forces of the whole at
-/// `poses` and its rest stiffness as well as can be, or to `tolerance`; and what they leave of these, relative. The first `modes` fields are modes and
-/// what the weight does to first order.
+/// Weights of all elements (in the order of the rest rows), at most `wanted` of them not 0, and what they leave, relative. They reproduce the forces
+/// of the whole at `poses` and its rest stiffness as well as can be, or to `tolerance`. The first `modes` fields are modes and what the weight does
+/// to first order.
 pub fn sample(
     (shell, whole, modes): (&Shell, &Whole, usize),
     (poses, effort): (&[Vec<f64>], &Effort),

@@ -4,7 +4,7 @@
 //! usage: front [--scene KEY] [--reduced "FIELDS,ELEMENTS,POSES ..."] [--docs FILE] [--ablate] [--follow] [--judge] [--gates]
 //!
 //! With --ablate, what each ingredient of the reduced shell buys, on held-out and fresh loads: a column of docs/evidence/front.md for each shell.
-//! With --follow, what one Newton step of the full shell a frame makes of the loads at a fifth of the size.
+//! With --follow, what one or two Newton steps of the full shell a frame make of the loads at a fifth of the size.
 //! With --judge, the judging list of front/judging.rs by what SW_METHOD_AUTO takes, with 8 modes and 20, 40 and 100 fields. With --gates, what each
 //! gate found and took.
 #![allow(missing_docs)]

@@ -17,7 +17,7 @@ mod docs;
 #[path = "front/scenes.rs"]
 mod scenes;
 
-use common::{displacements, equilateral_sheet, mass_error, read_obj, reference};
+use common::{displacements, equilateral_sheet, mass_error, reference, trouser_leg};
 use nalgebra::UnitQuaternion;
 use scenes::{hat, shell};
 use shellwarp::constraint::{Constraint, Target};
@@ -157,9 +157,7 @@ fn judging() -> Vec<Led> {
     };
     let hat = Arc::new(hat());
     let brim = furthest(&hat, |x| x.z - 0.05 * x.y);
-    let (positions, triangles) = read_obj("character_leg_left.obj");
-    let cloth = Material { k_area: 1e5, k_length: 1e5, k_bend: 8000.0, area_density: 0.04 };
-    let leg = Arc::new(shell(positions, &triangles, cloth, |x| x.y > 86.0));
+    let leg = Arc::new(trouser_leg("left"));
     let hem = furthest(&leg, |x| 0.2 * x.z - x.y);
     let below = -Vec3::y();
     vec![

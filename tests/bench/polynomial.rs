@@ -12,12 +12,12 @@
 #[path = "../common/mod.rs"]
 mod common;
 
-use common::{displacements, error, leaf, read_obj};
+use common::{displacements, error, leaf, trouser_leg};
 use shellwarp::model::{Model, Options, Precision};
 use shellwarp::reduced;
 use shellwarp::state::{Method, Space, State};
 use shellwarp::step::Integrator;
-use shellwarp::{Material, Mesh, Shell, Supports, Vec3};
+use shellwarp::{Shell, Vec3};
 use std::hint::black_box;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -29,14 +29,6 @@ const STEPS: usize = 240;
 const TOGETHER: usize = 12;
 const TURNS: usize = 25;
 const MODES: usize = 8;
-
-/// That of tests/bench/front/scenes.rs, whose membrane carries the loads.
-fn leg() -> Shell {
-    let (positions, triangles) = read_obj("character_leg_left.obj");
-    let fixed = (0..positions.len() as u32).filter(|v| positions[*v as usize].y > 86.0).collect();
-    let material = Material { k_area: 1e5, k_length: 1e5, k_bend: 8000.0, area_density: 0.04 };
-    Shell::new(Mesh::new(positions, &triangles).unwrap(), material, &Supports { fixed, ..Default::default() }).unwrap()
-}
 
 /// Precomputed, or as it was saved by an earlier run.
 fn model(shell: &Arc<Shell>, n: usize, poses: usize) -> Arc<Model> {
@@ -138,7 +130,7 @@ fn main() {
     if sizes.is_empty() {
         sizes = vec![20, 28, 48];
     }
-    let shell = Arc::new(if limp { leg() } else { leaf(fine) });
+    let shell = Arc::new(if limp { trouser_leg("left") } else { leaf(fine) });
     let poses = poses.unwrap_or_else(|| reduced::default_poses(shell.mass.len()));
     let models: Vec<_> = sizes.iter().map(|n| model(&shell, *n, poses)).collect();
     let packed: Vec<_> = models.iter().map(|model| in_16_bits(model)).collect();

@@ -99,6 +99,14 @@ pub fn equilateral_sheet(nx: usize, ny: usize, edge: f64) -> (Vec<Vec3>, Vec<[u3
     (positions, triangles)
 }
 
+/// The `left` or `right` trouser leg of tests/scenes/character.toml, held at the waist: limp, so that its membrane carries the loads.
+pub fn trouser_leg(side: &str) -> Shell {
+    let mesh = mesh(&format!("character_leg_{side}.obj"));
+    let fixed = (0..mesh.positions.len() as u32).filter(|v| mesh.positions[*v as usize].y > 86.0).collect();
+    let material = Material { k_area: 1e5, k_length: 1e5, k_bend: 8000.0, area_density: 0.04 };
+    Shell::new(mesh, material, &Supports { fixed, ..Default::default() }).unwrap()
+}
+
 /// A pointed leaf, arched along and across, held at its stem: 472 vertices, or edges `fine` times as short.
 pub fn leaf(fine: usize) -> Shell {
     leaf_of(30 * fine, 14 * fine)

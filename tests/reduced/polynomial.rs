@@ -94,13 +94,7 @@ fn koiter_grain() -> &'static Arc<Model> {
 /// A trouser leg, limp, whose membrane carries the loads.
 fn leg() -> &'static Arc<Model> {
     static MODEL: OnceLock<Arc<Model>> = OnceLock::new();
-    MODEL.get_or_init(|| {
-        let (positions, triangles) = read_obj("character_leg_right.obj");
-        let fixed = (0..positions.len() as u32).filter(|v| positions[*v as usize].y > 86.0).collect();
-        let material = Material { k_area: 1e5, k_length: 1e5, k_bend: 8000.0, area_density: 0.04 };
-        let supports = Supports { fixed, ..Default::default() };
-        model(&Arc::new(Shell::new(Mesh::new(positions, &triangles).unwrap(), material, &supports).unwrap()), 20)
-    })
+    MODEL.get_or_init(|| model(&Arc::new(trouser_leg("right")), 20))
 }
 
 /// All shells that are tried, by name.

@@ -780,10 +780,7 @@ fn on_a_curved_leaf_it_is_nowhere_worse_than_the_paper_on_loads_it_was_not_train
 
 #[test]
 fn a_trouser_leg_whose_membrane_carries_the_loads_keeps_more_of_its_own_energy() {
-    let mesh = mesh("character_leg_left.obj");
-    let fixed = (0..mesh.positions.len() as u32).filter(|&v| mesh.positions[v as usize].y > 86.0).collect();
-    let material = Material { k_area: 1e5, k_length: 1e5, k_bend: 8000.0, area_density: 0.04 }; // of tests/scenes/character.toml
-    let shell = Arc::new(Shell::new(mesh, material, &Supports { fixed, ..Default::default() }).unwrap());
+    let shell = Arc::new(trouser_leg("left"));
     let model = model(&shell, 32, 400, reduced::MAX_POSES);
     assert_eq!(model.reduced.as_ref().unwrap().assumed.membrane_share, 0.2);
     // Down the leg, which stretches it, and obliquely: no direction is a training load's but the first.

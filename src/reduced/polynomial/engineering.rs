@@ -29,7 +29,7 @@ pub type Vector = SVector<f64, LEADING>;
 /// By two of them.
 pub type Matrix = SMatrix<f64, LEADING, LEADING>;
 
-/// C, symmetric in its last two.
+/// C: for each leading form the matrix of its squares, symmetric. In units of 1/√energy, as s has √energy.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Engineering(pub [Matrix; LEADING]);
 

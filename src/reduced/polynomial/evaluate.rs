@@ -193,25 +193,28 @@ struct Place<'a> {
     room: &'a mut Room,
 }
 
-/// dE/ds and d²E/ds² of all forms; those of the first, where they count by engineering strains, are known by what is returned.
+/// dE/ds and d²E/ds² of all forms. Where the first count by engineering strains, `strained` knows theirs.
 #[inline(always)]
-fn resist_all(energy: &PolynomialEnergy, s: &[f64], stress: &mut [f64], curvature: &mut [f64]) -> Strained {
+fn resist_all(
+    energy: &PolynomialEnergy,
+    s: &[f64],
+    (stress, curvature): (&mut [f64], &mut [f64]),
+    strained: &mut Strained,
+) {
     let both = stress.iter_mut().zip(curvature).zip(s);
     for (((stress, curvature), s), (weight, bound)) in both.zip(energy.weights.iter().zip(&energy.bounds)) {
         [_, *stress, *curvature] = resist(*weight, *bound, *s);
     }
-    match &energy.engineering {
-        None => Strained::none(),
-        Some(engineering) => strain(engineering, (s, &energy.weights), stress),
+    if let Some(engineering) = &energy.engineering {
+        strain(engineering, (s, &energy.weights), (stress, strained));
     }
 }
 
 /// Apart from the sums, whose registers it does not need.
 #[inline(never)]
-fn strain(engineering: &Engineering, (s, weights): (&[f64], &[f64]), stress: &mut [f64]) -> Strained {
-    let strained = engineering.at(s, weights);
+fn strain(engineering: &Engineering, (s, weights): (&[f64], &[f64]), (stress, strained): (&mut [f64], &mut Strained)) {
+    *strained = engineering.at(s, weights);
     stress[..LEADING].copy_from_slice(strained.stress.as_slice());
-    strained
 }
 
 /// A matrix of the first forms by rows.
@@ -225,12 +228,12 @@ impl WithSimd for Place<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { energy, room } = self;
-        let Room { q, gradient, s, stress, curvature, jacobian, bending, bent, product, .. } = room;
+        let Room { q, gradient, s, stress, curvature, strained, jacobian, bending, bent, product, .. } = room;
         let Room { spread: [tiled, repeated], sums: [along, across], .. } = room;
         let (n, padded, count) = (energy.n, energy.padded, even(energy.n));
         kernel::turn::<S, Double>(simd, &q[..padded], &energy.lanes, jacobian);
         kernel::strains(simd, &q[..padded], &energy.linear, jacobian, s);
-        room.strained = resist_all(energy, s, stress, curvature);
+        resist_all(energy, s, (stress, curvature), strained);
         kernel::combine::<S, Double>(simd, &energy.cubic, &q[..count], bending);
         bending.iter_mut().zip(&energy.bending).for_each(|(sum, base)| *sum = base + 0.5 * *sum);
         // The gradient of ½ qᵀC₂q + ⅙ C₃(q, q, q) is (C₂ + ½ C₃q)q.
@@ -254,7 +257,18 @@ impl WithSimd for PlaceNear<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { energy, room } = self;
-        let Room { q: wide, gradient, s, stress: wide_stress, curvature, bent, product: straight, narrow, .. } = room;
+        let Room {
+            q: wide,
+            gradient,
+            s,
+            stress: wide_stress,
+            curvature,
+            strained,
+            bent,
+            product: straight,
+            narrow,
+            ..
+        } = room;
         let Narrow { q, wide: placed, stress, turned, by_form, bending, product, .. } = narrow;
         let (n, padded, count, own) = (energy.n, energy.padded, energy.count, &energy.narrow);
         let (at, beside) = ((own.stride, own.first), near::beside(count));
@@ -269,7 +283,7 @@ impl WithSimd for PlaceNear<'_> {
         near::by_forms(simd, turned, (padded, own.stride, own.first), first);
         let forms = (&own.straight[beside * own.stride..], &own.squares[..]);
         near::last_strains(simd, (placed, q), forms, own.first, (last, &mut s[beside..count]));
-        room.strained = resist_all(energy, s, wide_stress, curvature);
+        resist_all(energy, s, (wide_stress, curvature), strained);
         stress.iter_mut().zip(&*wide_stress).for_each(|(stress, wide)| *stress = *wide as f32);
         let q = &q[own.first..];
         kernel::combine::<S, Single>(simd, &energy.cubic, &q[..even(n).min(padded)], bending);

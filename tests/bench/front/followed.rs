@@ -1,12 +1,10 @@
-//! What one Newton step of the full shell a frame makes of the loads at a fifth of the size, as a state that is led goes on from frame to frame.
+//! What Newton steps of the full shell in each frame make of the loads at a fifth of the size, as they go on from frame to frame.
 
 use crate::cases::{self, Case};
-use crate::common::mass_error;
 use crate::scenes::{Part, Scene};
-use crate::{AT, NEARLY, off};
+use crate::{AT, NEARLY, corrected};
 use shellwarp::model::{Model, Options};
 use shellwarp::reduced;
-use shellwarp::state::Space;
 use std::sync::Arc;
 
 /// Frames of the way from one strength to the next.
@@ -34,20 +32,11 @@ pub fn row(scene: &Scene, fields: usize) -> String {
         |case: &Case| case.part != Part::Validation && case.is_confirmed() && case.aim == AT && case.came_near();
     let mut errors = [vec![], vec![], vec![]];
     for case in cases::find(scene).iter().filter(|case| counts(case)) {
-        let rest = &scene.shell.mesh.positions;
-        let of = |state: &shellwarp::state::State| {
-            let x = state.positions_corrected(Space::Frame, 1).ok()?;
-            let u: Vec<_> = x.iter().zip(rest).map(|(x, rest)| x - rest).collect();
-            Some(mass_error(&scene.shell, &u, &case.exact))
-        };
         for (steps, errors) in errors.iter_mut().enumerate() {
             let state = cases::led(scene, (&model, method), case, FRAMES, &mut |state| {
                 let _ = state.correct(steps); // the next frame goes on from what there is
             });
-            let error = match steps {
-                0 => state.map(|state| off(scene, &state, case)),
-                _ => state.as_ref().and_then(of),
-            };
+            let error = state.and_then(|state| corrected(scene, &state, steps, case));
             errors.push(error.unwrap_or(f64::INFINITY));
         }
     }

@@ -1,6 +1,6 @@
 //! Shells and the loads on them. The lists are fixed: no method or default was chosen by looking at a held-out load.
 
-use crate::common::{equilateral_sheet, leaf, read_obj, reference};
+use crate::common::{equilateral_sheet, leaf, read_obj, reference, trouser_leg};
 use nalgebra::Rotation3;
 use shellwarp::{Material, Mesh, Shell, Supports, Vec3};
 use std::sync::Arc;
@@ -217,13 +217,6 @@ pub fn hat() -> Shell {
     shell(positions, &triangles, material, |x| (cos * (x.y - 168.6) - sin * (x.z + 6.0)).abs() < 1.4)
 }
 
-/// The trouser leg of the same scene, held at the waist.
-fn leg() -> Shell {
-    let (positions, triangles) = read_obj("character_leg_left.obj");
-    let material = Material { k_area: 1e5, k_length: 1e5, k_bend: 8000.0, area_density: 0.04 };
-    shell(positions, &triangles, material, |x| x.y > 86.0)
-}
-
 /// A quarter of a cylinder, held along half of a straight edge.
 fn cylinder() -> Shell {
     let (mut positions, triangles) = equilateral_sheet(24, 20, 0.06);
@@ -243,6 +236,11 @@ pub fn all() -> Vec<Scene> {
         Scene::new("leaf", "leaf, doubly curved, soft in bending", leaf(1), down),
         Scene::new("cylinder", "quarter of a cylinder, held along half an edge", cylinder(), down),
         Scene::new("hat", "hat, tests/data/meshes/character_hat.obj, held at its band", hat(), below),
-        Scene::new("leg", "trouser leg, tests/data/meshes/character_leg_left.obj, held at the waist", leg(), below),
+        Scene::new(
+            "leg",
+            "trouser leg, tests/data/meshes/character_leg_left.obj, held at the waist",
+            trouser_leg("left"),
+            below,
+        ),
     ]
 }
