@@ -67,6 +67,11 @@ impl AreaEnergy {
     }
 }
 
+/// A.
+fn area([a, b, c]: &[Vec3; 3]) -> f64 {
+    0.5 * (b - a).cross(&(c - a)).norm()
+}
+
 /// A and ∂A/∂(a, b, c). The gradient is zero where the triangle has collapsed and has no normal.
 fn area_and_gradient([a, b, c]: &[Vec3; 3]) -> (f64, [Vec3; 3]) {
     let double = (b - a).cross(&(c - a));
@@ -91,8 +96,10 @@ fn area_curvature([a, b, c]: &[Vec3; 3], sigma: f64, share: f64) -> [Mat3; 9] {
         let (i, j) = (ij / 3, ij % 3);
         // Off the translations: I − J/3 with J all ones.
         let apart = if i == j { 2.0 / 3.0 } else { -1.0 / 3.0 };
-        let block = (out_of_plane * edges[i].dot(&edges[j]) / (2.0 * norm)) * across
-            + (in_plane * apart) * (Mat3::identity() - across);
+        let mut block = (out_of_plane * edges[i].dot(&edges[j]) / (2.0 * norm)) * across;
+        if share < 1.0 {
+            block += (in_plane * apart) * (Mat3::identity() - across);
+        }
         match (3 + j - i) % 3 {
             0 => block,
             1 => block - turn,
@@ -104,8 +111,7 @@ fn area_curvature([a, b, c]: &[Vec3; 3], sigma: f64, share: f64) -> [Mat3; 9] {
 impl Energy for AreaEnergy {
     fn value(&self, x: &[Vec3]) -> f64 {
         let term = |((t, rest), divisor): ((&[u32; 3], &f64), &f64)| {
-            let (area, _) = area_and_gradient(&t.map(|v| x[v as usize]));
-            (area - rest).powi(2) / divisor
+            (area(&t.map(|v| x[v as usize])) - rest).powi(2) / divisor
         };
         self.k * self.triangles.iter().zip(&self.rest_area).zip(&self.divisor).map(term).sum::<f64>()
     }
@@ -126,6 +132,13 @@ impl Energy for AreaEnergy {
             let (area, d_area) = area_and_gradient(&t.map(|v| x[v as usize]));
             let root = (2.0 * self.k / divisor).sqrt();
             visit((t, &d_area.map(|d| root * d)), root * (area - rest));
+        }
+    }
+
+    fn visit_stretch(&self, x: &[Vec3], visit: &mut dyn FnMut(f64)) {
+        for ((t, rest), divisor) in self.triangles.iter().zip(&self.rest_area).zip(&self.divisor) {
+            let area = area(&t.map(|v| x[v as usize]));
+            visit((2.0 * self.k / divisor).sqrt() * (area - rest));
         }
     }
 

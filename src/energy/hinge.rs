@@ -7,11 +7,14 @@
 //! is caught behind. So a triangle on less than a hundredth of its rest area Ā lets go of its hinges: for θ − θ̄ stands φ₁φ₂ (θ − θ̄), with
 //! φ = r (2 − r), r = (100 A/Ā)² below r = 1 and φ = 1 from there on. The Hessian goes without the derivatives of φ.
 
+use super::hinge_lanes::{Blocks, Corners, LANES, Lanes, Slopes, read};
 use super::rest::Rest;
 use super::{Curvature, ElementHessian, Energy, Fold, Mat3, RestRow, Stress, Term};
 use crate::mesh::Edge;
 use crate::{Mesh, Vec3};
+use pulp::Arch;
 use std::f64::consts::{PI, TAU};
+use std::ops::Range;
 
 /// The bending term over all interior edges.
 #[derive(Clone)]
@@ -104,14 +107,6 @@ impl HingeEnergy {
         Bend { corners, share: self.share_of(i, &corners), turn: self.turn_of(i, &corners) }
     }
 
-    /// The same where the turn of one that lets go is all that is asked for.
-    #[inline(always)]
-    fn bend_in_shape(&self, i: usize, x: &[Vec3]) -> Bend {
-        let corners = self.hinges[i].map(|v| x[v as usize]);
-        let share = self.share_of(i, &corners);
-        Bend { corners, share, turn: if share < 1.0 { self.turn_of(i, &corners) } else { 0.0 } }
-    }
-
     #[inline(always)]
     fn turn_of(&self, i: usize, corners: &[Vec3; 4]) -> f64 {
         wrapped_difference(dihedral_angle(corners), self.rest_angle[i])
@@ -133,36 +128,102 @@ impl HingeEnergy {
         gradient
     }
 
+    /// The hinges some at a time, with their corners and slopes; without where one lets go.
     #[inline(always)]
-    fn each_gradient(&self, x: &[Vec3], mut visit: impl FnMut(&[u32; 4], [Vec3; 4])) {
-        for (i, (h, weight)) in self.hinges.iter().zip(&self.weight).enumerate() {
-            let bend = self.bend(i, x);
-            let moment = 2.0 * weight * bend.share * bend.turn;
-            visit(h, self.gradient(i, &bend).map(|d| moment * d));
+    fn side_by_side(&self, x: &[Vec3], mut visit: impl FnMut(Range<usize>, Option<(&Corners, &Slopes)>)) {
+        let (arch, n) = (Arch::new(), self.hinges.len());
+        for first in (0..n).step_by(LANES) {
+            let some = first..n.min(first + LANES);
+            let corners = Corners::of(self.hinges[some.clone()].iter().map(|h| h.map(|v| x[v as usize])));
+            let slopes = corners.slopes(arch);
+            let own = self.small[some.clone()].iter().enumerate();
+            let whole = own.fold(true, |all, (lane, small)| {
+                all & (0..2).fold(true, |all, k| all & (slopes.squared[k][lane] / small[k] >= 1.0))
+            });
+            visit(some, whole.then_some((&corners, &slopes)));
         }
     }
 
-    /// 2w (∇θ∇θᵀ + t ∂²θ) of each hinge, t of those that have `turned` or stand for it; the semidefinite one is Gauss–Newton's, without the second part.
+    /// θ − θ̄ of the i-th, which does not let go.
+    #[inline(always)]
+    fn turn_in(&self, slopes: &Slopes, lane: usize, i: usize) -> f64 {
+        let [sine, cosine] = slopes.angle.map(|angle| angle[lane]);
+        wrapped_difference(libm::atan2(sine, cosine), self.rest_angle[i])
+    }
+
+    /// Hands the number of each hinge to `visit`, with its vertices, φ₁φ₂ and θ − θ̄, and the gradient of their product.
+    #[inline(always)]
+    fn each(&self, x: &[Vec3], mut visit: impl FnMut(usize, &[u32; 4], [f64; 2], [Vec3; 4])) {
+        self.side_by_side(x, |some, whole| {
+            for (lane, i) in some.enumerate() {
+                let (bent, gradient) = match whole {
+                    Some((_, slopes)) => ([1.0, self.turn_in(slopes, lane, i)], slopes.gradient(lane)),
+                    None => {
+                        let bend = self.bend(i, x);
+                        ([bend.share, bend.turn], self.gradient(i, &bend))
+                    }
+                };
+                visit(i, &self.hinges[i], bent, gradient);
+            }
+        });
+    }
+
+    /// 2w (∇θ∇θᵀ + t ∂²θ) of each hinge, where t is made of its φ₁φ₂ and θ − θ̄ if that is asked for; without the second part where there is no t: the
+    /// semidefinite one is Gauss–Newton's.
     #[inline(always)]
     fn each_hessian(
         &self,
-        bend: impl Fn(usize) -> Bend,
-        turned: impl Fn(usize, &Bend) -> Option<f64>,
+        x: &[Vec3],
+        turned: Option<impl Fn(usize, f64, &dyn Fn() -> f64) -> f64>,
         visit: &mut dyn FnMut(ElementHessian),
     ) {
-        for (i, (h, weight)) in self.hinges.iter().zip(&self.weight).enumerate() {
-            let bend = bend(i);
-            let d_angle = self.gradient(i, &bend);
-            let mut blocks = [Mat3::zeros(); 16];
-            if let Some(turn) = turned(i, &bend) {
-                blocks = angle_curvature(&bend.corners);
-                blocks.iter_mut().for_each(|block| *block *= turn);
-            }
-            for (ij, block) in blocks.iter_mut().enumerate() {
-                *block = (2.0 * weight) * (*block + d_angle[ij / 4] * d_angle[ij % 4].transpose());
-            }
-            visit((h, &blocks));
+        let arch = Arch::new();
+        let mut room = [[0.0; LANES]; 144];
+        self.side_by_side(x, |some, whole| {
+            let Some((corners, slopes)) = whole else {
+                return some.for_each(|i| self.alone(i, x, turned.as_ref(), visit));
+            };
+            let weights = self.lanes(&some, |_, i| 2.0 * self.weight[i]);
+            let blocks = match &turned {
+                None => Blocks::Rows(weights),
+                Some(turned) => {
+                    let turn = |lane, i| turned(i, 1.0, &|| self.turn_in(slopes, lane, i));
+                    Blocks::Both(self.lanes(&some, turn), weights)
+                }
+            };
+            corners.blocks(arch, slopes, &blocks, &mut room);
+            some.enumerate().for_each(|(lane, i)| visit((&self.hinges[i], &read(&room, lane))));
+        });
+    }
+
+    /// The same of one, which may let go.
+    fn alone(
+        &self,
+        i: usize,
+        x: &[Vec3],
+        turned: Option<&impl Fn(usize, f64, &dyn Fn() -> f64) -> f64>,
+        visit: &mut dyn FnMut(ElementHessian),
+    ) {
+        let (bend, weight) = (self.bend(i, x), self.weight[i]);
+        let d_angle = self.gradient(i, &bend);
+        let mut blocks = [Mat3::zeros(); 16];
+        if let Some(turned) = turned {
+            let turn = turned(i, bend.share, &|| bend.turn);
+            blocks = angle_curvature(&bend.corners);
+            blocks.iter_mut().for_each(|block| *block *= turn);
         }
+        for (ij, block) in blocks.iter_mut().enumerate() {
+            *block = (2.0 * weight) * (*block + d_angle[ij / 4] * d_angle[ij % 4].transpose());
+        }
+        visit((&self.hinges[i], &blocks));
+    }
+
+    /// A number of each of some, by lane and hinge.
+    #[inline(always)]
+    fn lanes(&self, some: &Range<usize>, of: impl Fn(usize, usize) -> f64) -> Lanes {
+        let mut lanes = [0.0; LANES];
+        some.clone().zip(&mut lanes).enumerate().for_each(|(lane, (i, number))| *number = of(lane, i));
+        lanes
     }
 }
 
@@ -297,7 +358,10 @@ impl Energy for HingeEnergy {
     }
 
     fn add_gradient(&self, x: &[Vec3], gradient: &mut [Vec3]) {
-        self.each_gradient(x, |h, d| h.iter().zip(d).for_each(|(&v, d)| gradient[v as usize] += d));
+        self.each(x, |i, h, [share, turn], d_angle| {
+            let moment = 2.0 * self.weight[i] * share * turn;
+            h.iter().zip(d_angle).for_each(|(&v, d)| gradient[v as usize] += moment * d);
+        });
     }
 
     fn visit_rest_rows(&self, visit: &mut dyn FnMut(RestRow)) {
@@ -308,10 +372,10 @@ impl Energy for HingeEnergy {
     }
 
     fn visit_strains(&self, x: &[Vec3], visit: &mut dyn FnMut(RestRow, f64)) {
-        for (i, (h, weight)) in self.hinges.iter().zip(&self.weight).enumerate() {
-            let (bend, root) = (self.bend(i, x), (2.0 * weight).sqrt());
-            visit((h, &self.gradient(i, &bend).map(|d| root * d)), root * (bend.share * bend.turn));
-        }
+        self.each(x, |i, h, [share, turn], d_angle| {
+            let root = (2.0 * self.weight[i]).sqrt();
+            visit((h, &d_angle.map(|d| root * d)), root * (share * turn));
+        });
     }
 
     fn visit_stress_hessian(
@@ -321,16 +385,24 @@ impl Energy for HingeEnergy {
         curvature: Curvature,
         visit: &mut dyn FnMut(ElementHessian),
     ) {
-        for (i, ((h, weight), stress)) in self.hinges.iter().zip(&self.weight).zip(stress).enumerate() {
-            match curvature {
-                Curvature::Exact => {
-                    let bend = self.bend(i, x);
-                    let moment = (2.0 * weight).sqrt() * stress * bend.share;
-                    visit((h, &angle_curvature(&bend.corners).map(|block| moment * block)));
-                }
-                Curvature::Semidefinite => visit((h, &[Mat3::zeros(); 16])),
-            }
+        if curvature == Curvature::Semidefinite {
+            return self.hinges.iter().for_each(|h| visit((h, &[Mat3::zeros(); 16])));
         }
+        let arch = Arch::new();
+        let mut room = [[0.0; LANES]; 144];
+        let moment = |i: usize, share: f64| (2.0 * self.weight[i]).sqrt() * stress[i] * share;
+        self.side_by_side(x, |some, whole| {
+            if let Some((corners, slopes)) = whole {
+                let blocks = Blocks::Curved(self.lanes(&some, |_, i| moment(i, 1.0)));
+                corners.blocks(arch, slopes, &blocks, &mut room);
+                return some.enumerate().for_each(|(lane, i)| visit((&self.hinges[i], &read(&room, lane))));
+            }
+            for i in some {
+                let bend = self.bend(i, x);
+                let moment = moment(i, bend.share);
+                visit((&self.hinges[i], &angle_curvature(&bend.corners).map(|block| moment * block)));
+            }
+        });
     }
 
     fn n_membrane(&self) -> usize {
@@ -338,14 +410,15 @@ impl Energy for HingeEnergy {
     }
 
     fn visit_hessian(&self, x: &[Vec3], curvature: Curvature, visit: &mut dyn FnMut(ElementHessian)) {
-        let exact = curvature == Curvature::Exact;
-        let turned = |_, bend: &Bend| exact.then_some(bend.share * bend.share * bend.turn);
-        self.each_hessian(|i| self.bend(i, x), turned, visit);
+        let turned = |_, share: f64, turn: &dyn Fn() -> f64| share * share * turn();
+        self.each_hessian(x, (curvature == Curvature::Exact).then_some(turned), visit);
     }
 
     fn visit_mixed_hessian(&self, x: &[Vec3], stress: Stress, visit: &mut dyn FnMut(ElementHessian)) {
-        let turn = |h: usize, bend: &Bend| bend.share * stress.share * stress.of[h] / (2.0 * self.weight[h]).sqrt();
-        self.each_hessian(|i| self.bend_in_shape(i, x), |h, bend| Some(turn(h, bend)), visit);
+        let turned = |h: usize, share: f64, _: &dyn Fn() -> f64| {
+            share * stress.share * stress.of[h] / (2.0 * self.weight[h]).sqrt()
+        };
+        self.each_hessian(x, Some(turned), visit);
     }
 
     fn visit_terms(&self, rest: &[Vec3], visit: &mut dyn FnMut(Term)) -> bool {

@@ -101,6 +101,13 @@ impl Energy for LengthEnergy {
         }
     }
 
+    fn visit_stretch(&self, x: &[Vec3], visit: &mut dyn FnMut(f64)) {
+        for ((&[a, b], rest), divisor) in self.edges.iter().zip(&self.rest_length).zip(&self.divisor) {
+            let length = (x[b as usize] - x[a as usize]).norm();
+            visit((2.0 * self.k / divisor).sqrt() * (length - rest));
+        }
+    }
+
     fn visit_stress_hessian(
         &self,
         x: &[Vec3],

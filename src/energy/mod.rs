@@ -11,6 +11,7 @@ mod bending;
 mod flips;
 mod fold_over;
 mod hinge;
+mod hinge_lanes;
 mod law;
 mod length;
 mod membrane;

@@ -11,13 +11,14 @@
 //!
 //! Everything here is in mass-scaled unknowns y = M^½ u, where M-orthonormal is orthonormal.
 
-use crate::energy::Curvature;
+use crate::energy::{Curvature, Mat3};
 use crate::modes::{ScaledStiffness, symmetric_eigen};
 use crate::sparse::{Factor, Symbolic};
 use crate::{Error, ErrorKind, Result, Shell, Vec3, threads};
 use faer::linalg::matmul::{matmul, triangular};
 use faer::prelude::*;
 use faer::{Accum, ColMut, Mat, MatMut, Par};
+use pulp::{Arch, Simd, WithSimd};
 use std::sync::Arc;
 
 /// The step of a mode for the difference of Hessians turns no edge by more than this, rad. Its error is the square of it; rounding
@@ -133,16 +134,27 @@ impl<'a> RestSolver<'a> {
 const ELEMENT: f64 = 500.0;
 const BLOCK: f64 = 2.0;
 
+/// Fields whose forces are summed side by side.
+const BESIDE: usize = 8;
+
 /// Θ_ij for i ≤ j, row by row (m(m + 1)/2 fields): differences of exact Hessians at x̄ ± εφ_j give E‴(φ_i, φ_j).
 pub fn modal_derivatives(rest: &RestSolver, shapes: &[Vec<Vec3>]) -> Result<Vec<Vec<Vec3>>> {
     let (shell, m) = (rest.shell, shapes.len());
-    let shapes_of: Vec<Vec3> = (0..shell.mass.len()).flat_map(|v| shapes.iter().map(move |shape| shape[v])).collect();
+    let mut shapes_of = vec![[[0.0; BESIDE]; 3]; shell.mass.len() * m.div_ceil(BESIDE)];
+    for (k, shape) in shapes.iter().enumerate() {
+        for (some, u) in shapes_of.iter_mut().skip(k / BESIDE).step_by(m.div_ceil(BESIDE)).zip(shape) {
+            (0..3).for_each(|c| some[c][k % BESIDE] = u[c]);
+        }
+    }
     let work = 2.0 * (shell.energy.n_elements() * m) as f64 * (ELEMENT + 16.0 * BLOCK * m as f64);
     let backward: Vec<usize> = (0..m).rev().collect(); // the longest first
     let by_j = threads::map(&backward, work as u64, |j| forces_beside(shell, (shapes, &shapes_of), *j));
     let pairs = (0..m).flat_map(|i| (i..m).map(move |j| (i, j)));
-    let mut forces: Vec<Vec<Vec3>> =
-        pairs.map(|(i, j)| by_j[m - 1 - j].iter().skip(i).step_by(j + 1).copied().collect()).collect();
+    let force = |i: usize, j: usize| {
+        let of_i = by_j[m - 1 - j].iter().skip(i / BESIDE).step_by(j / BESIDE + 1);
+        of_i.map(|some| Vec3::from(some.map(|lanes| lanes[i % BESIDE]))).collect()
+    };
+    let mut forces: Vec<Vec<Vec3>> = pairs.map(|(i, j)| force(i, j)).collect();
     let by_root: Vec<f64> = shell.mass.iter().map(|m| 1.0 / m.sqrt()).collect();
     for force in &mut forces {
         force.iter_mut().zip(&by_root).for_each(|(f, root)| *f *= root * root); // columns() brings M^½
@@ -152,26 +164,59 @@ pub fn modal_derivatives(rest: &RestSolver, shapes: &[Vec<Vec3>]) -> Result<Vec<
     Ok((0..right.ncols()).map(|k| unscaled(shell, right.col(k))).collect())
 }
 
-/// −E‴(φ_i, φ_j) for i ≤ j, vertex by vertex.
-fn forces_beside(shell: &Shell, (shapes, shapes_of): (&[Vec<Vec3>], &[Vec3]), j: usize) -> Vec<Vec3> {
-    let (m, count) = (shapes.len(), j + 1);
-    let mut forces = vec![Vec3::zeros(); count * shell.mass.len()];
-    let step = DIFFERENCE / steepest(shell, &shapes[j]);
+/// x, y and z of some fields at a vertex.
+type Beside = [[f64; BESIDE]; 3];
+
+/// −E‴(φ_i, φ_j) for i ≤ j, vertex by vertex, and of what further fields their registers have.
+fn forces_beside(shell: &Shell, (shapes, shapes_of): (&[Vec<Vec3>], &[Beside]), j: usize) -> Vec<Beside> {
+    let (all, count) = (shapes.len().div_ceil(BESIDE), j / BESIDE + 1);
+    let mut forces = vec![[[0.0; BESIDE]; 3]; count * shell.mass.len()];
+    let (step, arch) = (DIFFERENCE / steepest(shell, &shapes[j]), Arch::new());
     for sign in [1.0, -1.0] {
         let x: Vec<Vec3> = shell.mesh.positions.iter().zip(&shapes[j]).map(|(x, u)| x + sign * step * u).collect();
+        let scale = 0.5 * sign / step;
         shell.energy.visit_hessian(&x, Curvature::Exact, &mut |(vertices, blocks)| {
-            for (p, &v) in vertices.iter().enumerate() {
-                let row = &blocks[p * vertices.len()..];
+            for (&v, row) in vertices.iter().zip(blocks.chunks_exact(vertices.len())) {
                 let sums = &mut forces[count * v as usize..][..count];
-                for (i, sum) in sums.iter_mut().enumerate() {
-                    let force: Vec3 =
-                        vertices.iter().zip(row).map(|(&w, block)| block * shapes_of[m * w as usize + i]).sum();
-                    *sum -= force * (0.5 * sign / step);
-                }
+                arch.dispatch(TakeForces { element: (vertices, row), shapes: (shapes_of, all), scale, sums });
             }
         });
     }
     forces
+}
+
+/// Takes from a vertex' sums its row of an element's blocks times shapes, scaled.
+struct TakeForces<'a> {
+    element: (&'a [u32], &'a [Mat3]),
+    /// And so many for each vertex.
+    shapes: (&'a [Beside], usize),
+    scale: f64,
+    sums: &'a mut [Beside],
+}
+
+impl WithSimd for TakeForces<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let ((vertices, row), (shapes, all)) = (self.element, self.shapes);
+        for (k, sum) in self.sums.iter_mut().enumerate() {
+            let mut force = [[0.0; BESIDE]; 3];
+            for (w, block) in vertices.iter().zip(row) {
+                let ([x, y, z], block) = (&shapes[all * *w as usize + k], block.as_slice());
+                for c in 0..3 {
+                    for i in 0..BESIDE {
+                        force[c][i] += block[c] * x[i] + block[3 + c] * y[i] + block[6 + c] * z[i];
+                    }
+                }
+            }
+            for c in 0..3 {
+                for i in 0..BESIDE {
+                    sum[c][i] -= force[c][i] * self.scale;
+                }
+            }
+        }
+    }
 }
 
 /// The largest rotation or stretch of an edge per unit of `field`.

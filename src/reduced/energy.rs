@@ -285,14 +285,8 @@ impl ReducedEnergy {
             false => resultants.copy_from_slice(&self.missing),
         }
         stress.copy_from_slice(strain);
-        self.arch.dispatch(|| {
-            for (row, strain) in self.stresses.chunks_exact(self.n_stresses.max(1)).zip(strain) {
-                resultants.iter_mut().zip(row).for_each(|(sum, s)| *sum += s * strain);
-            }
-            for (row, stress) in self.stresses.chunks_exact(self.n_stresses.max(1)).zip(stress.iter_mut()) {
-                *stress = own * *stress + (1.0 - own) * products::dot(row, resultants);
-            }
-        });
+        let stresses = &self.stresses;
+        self.arch.dispatch(products::Resist { stresses, strain, stress, resultants, own });
         let missed: f64 = self.missing.iter().zip(&*resultants).map(|(missing, r)| missing * r).sum();
         0.5 * (strain.iter().zip(&*stress).map(|(strain, stress)| strain * stress).sum::<f64>() + (1.0 - own) * missed)
     }
@@ -373,7 +367,7 @@ impl ReducedEnergy {
             vertices[..*k].iter().zip(row).for_each(|(&v, row)| gradient[v as usize] += *stress * row);
         }
         sum.fill(0.0);
-        self.arch.dispatch(|| products::project(&self.rows, gradient, sum));
+        self.arch.dispatch(products::Project { rows: &self.rows, of: gradient, sum });
         out.copy_from_slice(&sum[..self.n]);
         out.iter_mut().zip(&self.pull).for_each(|(out, g)| *out -= g);
         if let Some(d) = &self.correction {
@@ -431,13 +425,9 @@ impl ReducedEnergy {
 
     /// Bᵀb of some elements' rows b.
     fn project_rows(&self, some: Range<usize>, strain_rows: &[[Vec3; MAX_ELEMENT]], lines: &mut [f64]) {
-        let Self { rows, stride, .. } = self;
-        let elements = self.elements[some.clone()].iter().zip(&strain_rows[some]);
-        self.arch.dispatch(|| {
-            for (((vertices, k), row), line) in elements.zip(lines.chunks_exact_mut(*stride)) {
-                products::project_row(rows, (vertices, &row[..*k]), line);
-            }
-        });
+        let (rows, elements, strain_rows) = (&self.rows, &self.elements[some.clone()], &strain_rows[some]);
+        let out = (self.stride, lines);
+        self.arch.dispatch(products::ProjectRows { rows, elements, strain_rows, factors: &[], out });
     }
 
     /// square += LᵀL, lower triangle.
@@ -546,10 +536,11 @@ pub struct Forces<'a> {
 impl Forces<'_> {
     /// Writes the force of an element to `out` (n, and zeros up to a multiple of [`products::WIDTH`]); its strain.
     pub fn of(&self, element: usize, out: &mut [f64]) -> f64 {
-        let (vertices, k) = &self.energy.elements[element];
-        products::project_row(&self.energy.rows, (vertices, &self.room.strain_rows[element][..*k]), out);
-        out.iter_mut().for_each(|out| *out *= self.room.stress[element]);
-        self.room.strain[element]
+        let (energy, room, one) = (self.energy, self.room, element..element + 1);
+        let (elements, strain_rows) = (&energy.elements[one.clone()], &room.strain_rows[one.clone()]);
+        let (rows, out) = (&energy.rows, (out.len(), out));
+        energy.arch.dispatch(products::ProjectRows { rows, elements, strain_rows, factors: &room.stress[one], out });
+        room.strain[element]
     }
 
     /// That of all elements (n), and behind it Sᵀε.
@@ -560,7 +551,7 @@ impl Forces<'_> {
             vertices[..*k].iter().zip(row).for_each(|(&v, row)| gradient[v as usize] += *stress * row);
         }
         let mut sum = vec![0.0; energy.stride];
-        energy.arch.dispatch(|| products::project(&energy.rows, &gradient, &mut sum));
+        energy.arch.dispatch(products::Project { rows: &energy.rows, of: &gradient, sum: &mut sum });
         sum.truncate(energy.n);
         sum.extend(&room.resultants);
         sum

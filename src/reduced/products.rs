@@ -186,6 +186,88 @@ pub fn project_row(rows: &[f64], (vertices, row): (&[u32; MAX_ELEMENT], &[Vec3])
     }
 }
 
+/// [`project`] in the widest registers.
+pub struct Project<'a> {
+    /// B: x, y, z of each vertex in turn.
+    pub rows: &'a [f64],
+    /// A vector for each vertex.
+    pub of: &'a [Vec3],
+    /// Added to.
+    pub sum: &'a mut [f64],
+}
+
+impl WithSimd for Project<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        project(self.rows, self.of, self.sum);
+    }
+}
+
+/// [`project_row`] of elements' rows times their factors, or as they are, in the widest registers.
+pub struct ProjectRows<'a> {
+    /// B: x, y, z of each vertex in turn.
+    pub rows: &'a [f64],
+    /// Vertices, and how many.
+    pub elements: &'a [([u32; MAX_ELEMENT], usize)],
+    /// b of each element.
+    pub strain_rows: &'a [[Vec3; MAX_ELEMENT]],
+    /// Of each element, if any.
+    pub factors: &'a [f64],
+    /// Numbers in a line, and a line for each element.
+    pub out: (usize, &'a mut [f64]),
+}
+
+impl WithSimd for ProjectRows<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let (stride, lines) = self.out;
+        for (e, ((vertices, k), row)) in self.elements.iter().zip(self.strain_rows).enumerate() {
+            let line = &mut lines[e * stride..][..stride];
+            project_row(self.rows, (vertices, &row[..*k]), line);
+            if let Some(factor) = self.factors.get(e) {
+                for x in line {
+                    *x *= factor;
+                }
+            }
+        }
+    }
+}
+
+/// The stress of the membrane's strains ε, own ε + (1 − own) S(r + Sᵀε), and r + Sᵀε, in the widest registers.
+pub struct Resist<'a> {
+    /// S, a row of as many as r for each element.
+    pub stresses: &'a [f64],
+    /// ε.
+    pub strain: &'a [f64],
+    /// ε at first.
+    pub stress: &'a mut [f64],
+    /// r at first.
+    pub resultants: &'a mut [f64],
+    /// The share of its own.
+    pub own: f64,
+}
+
+impl WithSimd for Resist<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self { stresses, strain, stress, resultants, own } = self;
+        for (row, strain) in stresses.chunks_exact(resultants.len().max(1)).zip(strain) {
+            for (sum, s) in resultants.iter_mut().zip(row) {
+                *sum += s * strain;
+            }
+        }
+        for (row, stress) in stresses.chunks_exact(resultants.len().max(1)).zip(stress) {
+            *stress = own * *stress + (1.0 - own) * dot(row, resultants);
+        }
+    }
+}
+
 /// a·b of any length.
 pub fn dot_all(a: &[f64], b: &[f64]) -> f64 {
     let whole = a.len() / WIDTH * WIDTH;
@@ -211,8 +293,10 @@ pub fn sum_of(a: &[f64], b: &[f64], f: impl Fn(f64, f64) -> f64) -> f64 {
 #[inline(always)]
 pub fn dot(a: &[f64], b: &[f64]) -> f64 {
     let mut sums = [0.0; WIDTH];
-    for (a, b) in a.chunks_exact(WIDTH).zip(b.chunks_exact(WIDTH)) {
-        (0..WIDTH).for_each(|i| sums[i] += a[i] * b[i]);
+    for (a, b) in a.as_chunks::<WIDTH>().0.iter().zip(b.as_chunks::<WIDTH>().0) {
+        for i in 0..WIDTH {
+            sums[i] += a[i] * b[i];
+        }
     }
     sums.iter().sum()
 }

@@ -3,6 +3,7 @@
 //! A panel takes what earlier ones leave, in their order, and is then factorized. Up the tree, each task hands what it leaves of a right side to
 //! the one above it, which adds these in order; down the tree, it takes what it needs from there. So the bits are the same on any number of threads.
 
+use super::columns::{Lower, SolveDown, SolveUp};
 use super::panels::{Panel, Panels, Update, pattern};
 use crate::error::try_zeroed;
 use crate::threads::WaitFor;
@@ -10,9 +11,10 @@ use crate::{Error, Result};
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt::factor::{cholesky_in_place, cholesky_in_place_scratch};
 use faer::linalg::matmul::matmul;
-use faer::linalg::triangular_solve::{solve_lower_triangular_in_place, solve_upper_triangular_in_place};
+use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
 use faer::sparse::linalg::cholesky::supernodal::SymbolicSupernodalCholesky;
 use faer::{Accum, MatMut, MatRef, Par};
+use pulp::Arch;
 use std::sync::{Mutex, OnceLock, PoisonError};
 
 /// Rows of a product that are made at once, to stay in the cache.
@@ -238,7 +240,7 @@ impl Branches<'_> {
 
     /// x ← L⁻¹x.
     fn solve_up(&self, values: &[f64], x: &mut [f64], room: &mut SumRoom) {
-        let panels = self.panels;
+        let (panels, arch) = (self.panels, Arch::new());
         let own = parts(panels.n_tasks(), x, |t| panels.columns(t).len());
         let sums = parts(panels.n_tasks(), &mut room.0, |t| self.n_below(t));
         let make = || Ok::<_, ()>((vec![0_u32; self.structure.nrows()], vec![0.0; self.tallest()]));
@@ -263,19 +265,14 @@ impl Branches<'_> {
             }
             for k in panels.of_task(t) {
                 let panel = panels.panels[k];
-                let factor = view(&panel, &values[panel.values..panel.values + panel.rows * panel.width]);
-                let (top, below) = factor.split_at_row(panel.width);
                 let at = panel.first - columns.start;
-                let solved = &mut x[at..at + panel.width];
-                let mut column = MatMut::from_column_major_slice_mut(solved, panel.width, 1);
-                solve_lower_triangular_in_place(top, column.as_mut(), Par::Seq);
-                let product = &mut product[..below.nrows()];
-                let made = MatMut::from_column_major_slice_mut(product, below.nrows(), 1);
-                matmul(made, Accum::Replace, below, column.as_ref(), -1.0, Par::Seq);
+                let product = &mut product[..panel.height() - panel.width];
+                let lower = Lower::of(&panel, values);
+                arch.dispatch(SolveUp { lower, x: &mut x[at..at + panel.width], product });
                 let first = panel.first + panel.width;
                 let beside = panel.own(self.columns(panel.supernode)) - panel.width;
                 let rows = (first..first + beside).chain(self.pattern_of(&panel).iter().copied());
-                rows.zip(product).for_each(|(row, value)| add(x, sum, row, *value));
+                rows.zip(product).for_each(|(row, value)| add(x, sum, row, -*value));
             }
             own[t].publish(x);
             sums[t].publish(sum);
@@ -296,7 +293,7 @@ impl Branches<'_> {
 
     /// x ← L⁻ᵀx.
     fn solve_down(&self, values: &[f64], x: &mut [f64]) {
-        let panels = self.panels;
+        let (panels, arch) = (self.panels, Arch::new());
         let n = panels.n_tasks();
         let own = parts(n, x, |t| panels.columns(t).len());
         let make = || Ok::<_, ()>(vec![0.0; self.tallest()]);
@@ -322,13 +319,9 @@ impl Branches<'_> {
                         at.1[row - at.2]
                     };
                 }
-                let factor = view(&panel, &values[panel.values..panel.values + panel.rows * panel.width]);
-                let (top, bottom) = factor.split_at_row(panel.width);
                 let at = panel.first - columns.start;
-                let mut column = MatMut::from_column_major_slice_mut(&mut x[at..at + panel.width], panel.width, 1);
-                let below = MatRef::from_column_major_slice(below, bottom.nrows(), 1);
-                matmul(column.as_mut(), Accum::Add, bottom.transpose(), below, -1.0, Par::Seq);
-                solve_upper_triangular_in_place(top.transpose(), column, Par::Seq);
+                let lower = Lower::of(&panel, values);
+                arch.dispatch(SolveDown { lower, x: &mut x[at..at + panel.width], below });
             }
             own[t].publish(x);
             Ok(())

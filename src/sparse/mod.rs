@@ -3,6 +3,7 @@
 mod analysis;
 mod blocks;
 mod branches;
+mod columns;
 mod factor;
 mod ordering;
 mod panels;

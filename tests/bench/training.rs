@@ -1,10 +1,10 @@
 //! What the training of a reduced shell costs beside the modes, over the number of vertices up to the dinosaur's 13,117, and what it
 //! gains under a gravity that no field was trained on.
 //!
-//! usage: training [--costs | --looks] [--threads COUNT] [--docs FILE] [VERTICES ...]
+//! usage: training [--costs | --looks] [--seconds BOUND] [--threads COUNT] [--docs FILE] [VERTICES ...]
 //!
 //! With --costs, what parts of the training take, and no errors; of a leaf of about 1,000 vertices, too. With --looks, the same of trainings that are
-//! bounded by `reduced_seconds`. --threads takes more than there are cores, too.
+//! bounded by `reduced_seconds`, or by the one that --seconds tells. --threads takes more than there are cores, too.
 #![allow(missing_docs)]
 
 #[path = "../common/mod.rs"]
@@ -120,14 +120,14 @@ fn print_costs(shells: &[(&str, Arc<Shell>)]) {
 const BOUNDS: [f64; 4] = [1.0, 3.0, 10.0, 30.0];
 
 /// Prints the same seconds of trainings that are bounded, and how many equilibria they have for the gate.
-fn print_looks(shells: &[(&str, Arc<Shell>)]) {
+fn print_looks(shells: &[(&str, Arc<Shell>)], bounds: &[f64]) {
     println!(
         "| shell | vertices | reduced_seconds | derivatives | equilibria | fields | samples, polynomial | all | judged by |\n\
          |---|---|---|---|---|---|---|---|---|"
     );
     for (name, shell) in shells {
         let poses = reduced::default_poses(shell.mass.len());
-        for bound in BOUNDS {
+        for &bound in bounds {
             let (model, Seconds([_, parts @ ..])) = precompute_within(shell, (poses, bound));
             let all: f64 = parts.iter().sum();
             let cells: String = parts.iter().chain([&all]).map(|seconds| format!(" {seconds:.2} s |")).collect();
@@ -159,18 +159,19 @@ fn main() {
     if costs_only || looks_only {
         shells.insert(1, ("leaf", Arc::new(leaf_of(44, 21))));
     }
-    let threads = arguments.iter().position(|a| a == "--threads");
-    let count = threads.and_then(|at| arguments.get(at + 1)).map_or(0, |count| count.parse().unwrap());
-    assert!(set_threads(count));
-    let is_count = |at: usize| threads.is_some_and(|option| at == option + 1);
-    let numbers = arguments.iter().enumerate().filter(|(at, _)| !is_count(*at));
+    let told =
+        |option: &str| arguments.iter().position(|a| a == option).map(|at| at + 1).filter(|at| *at < arguments.len());
+    let (threads, seconds) = (told("--threads"), told("--seconds"));
+    assert!(set_threads(threads.map_or(0, |at| arguments[at].parse().unwrap())));
+    let bounds = seconds.map_or(BOUNDS.to_vec(), |at| vec![arguments[at].parse().unwrap()]);
+    let numbers = arguments.iter().enumerate().filter(|(at, _)| ![threads, seconds].contains(&Some(*at)));
     let only: Vec<usize> = numbers.filter_map(|(_, a)| a.parse().ok()).collect();
     shells.retain(|(_, shell)| only.is_empty() || only.contains(&shell.mass.len()));
     if costs_only {
         return print_costs(&shells);
     }
     if looks_only {
-        return print_looks(&shells);
+        return print_looks(&shells, &bounds);
     }
     for (name, shell) in &shells {
         let poses = reduced::default_poses(shell.mass.len());

@@ -29,7 +29,7 @@ use crate::{Mesh, Vec3, threads};
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
 use nalgebra::{DMatrix, DVector};
-use pulp::Arch;
+use pulp::{Arch, Simd, WithSimd};
 use std::collections::HashMap;
 
 /// Rest angle, rad, from which the diagonal counts; below, its ∇y is nearly that of the edges.
@@ -344,7 +344,7 @@ pub fn cubic(bends: &[Bend], rows: &Rows) -> Vec<DMatrix<f64>> {
                 rows.difference([*a, *c], &mut p);
                 rows.difference([*a, *d], &mut s);
                 e.iter_mut().for_each(|e| *e *= turn);
-                arch.dispatch(|| cross(&p, &s, crossed));
+                arch.dispatch(Cross { p: &p, s: &s, out: crossed });
             }
             let lines = 3 * some.len();
             let e = MatRef::from_row_major_slice(&e[..lines * n], lines, n);
@@ -365,16 +365,27 @@ pub fn cubic(bends: &[Bend], rows: &Rows) -> Vec<DMatrix<f64>> {
 }
 
 /// p × s of fields j ≤ i, made symmetric: the lower triangles of the three axes.
-#[inline(always)]
-fn cross(p: &[f64], s: &[f64], out: &mut [f64]) {
-    let (n, triangle) = (p.len() / 3, out.len() / 3);
-    for (axis, out) in out.chunks_exact_mut(triangle.max(1)).enumerate() {
-        let [i, j] = [(axis + 1) % 3 * n, (axis + 2) % 3 * n];
-        let (pi, pj, si, sj) = (&p[i..i + n], &p[j..j + n], &s[i..i + n], &s[j..j + n]);
-        for k in 0..n {
-            let out = &mut out[k * (k + 1) / 2..][..k + 1];
-            for l in 0..=k {
-                out[l] = pi[k] * sj[l] - pj[k] * si[l] + pi[l] * sj[k] - pj[l] * si[k];
+struct Cross<'a> {
+    p: &'a [f64],
+    s: &'a [f64],
+    out: &'a mut [f64],
+}
+
+impl WithSimd for Cross<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self { p, s, out } = self;
+        let (n, triangle) = (p.len() / 3, out.len() / 3);
+        for (axis, out) in out.chunks_exact_mut(triangle.max(1)).enumerate() {
+            let [i, j] = [(axis + 1) % 3 * n, (axis + 2) % 3 * n];
+            let (pi, pj, si, sj) = (&p[i..i + n], &p[j..j + n], &s[i..i + n], &s[j..j + n]);
+            for k in 0..n {
+                let out = &mut out[k * (k + 1) / 2..][..k + 1];
+                for l in 0..=k {
+                    out[l] = pi[k] * sj[l] - pj[k] * si[l] + pi[l] * sj[k] - pj[l] * si[k];
+                }
             }
         }
     }

@@ -2,11 +2,12 @@
 
 use super::Form;
 use crate::energy::Mirror;
-use crate::reduced::basis::{MULTIPLICATION, add_lower};
+use crate::reduced::basis::MULTIPLICATION;
 use crate::{Vec3, threads};
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatMut, MatRef, Par};
 use nalgebra::DMatrix;
+use pulp::{Arch, Simd, WithSimd};
 
 /// Pairs whose products are summed at once.
 const CHUNK: usize = 256;
@@ -117,32 +118,75 @@ impl Gains {
     }
 }
 
+/// Pairs whose products of two fields are made at once: some hundred kilobytes of 48 fields.
+const SOME: usize = 64;
+
 /// The forms Σ p y of the columns of p (pairs × forms), of weight 1, of vertices that rest at `x`.
 pub fn forms(x: &[Vec3], pairs: &[[u32; 2]], rows: &Rows, p: MatRef<'_, f64>) -> Vec<Form> {
-    let (n, count) = (rows.n, p.ncols());
-    let work = 1.5 * MULTIPLICATION * (pairs.len() * count * n * n) as f64;
-    threads::map(&(0..count).collect::<Vec<_>>(), work as u64, |k| {
-        let (mut linear, mut quadratic) = (vec![0.0; n], Mat::<f64>::zeros(n, n));
-        let [mut apart, mut scaled] = [vec![0.0; 3 * CHUNK * n], vec![0.0; 3 * CHUNK * n]];
-        for first in (0..pairs.len()).step_by(CHUNK) {
-            let some = &pairs[first..pairs.len().min(first + CHUNK)];
-            let both = apart.chunks_exact_mut(3 * n).zip(scaled.chunks_exact_mut(3 * n));
-            for (e, (pair, (apart, scaled))) in some.iter().zip(both).enumerate() {
-                rows.difference(*pair, apart);
-                let factor = 2.0 * p[(first + e, *k)];
+    let (n, count, arch) = (rows.n, p.ncols(), Arch::new());
+    let triangle = n * (n + 1) / 2;
+    let numbered: Vec<(usize, [u32; 2])> = pairs.iter().copied().enumerate().collect();
+    let work = MULTIPLICATION * (pairs.len() * (count + 10) * triangle) as f64;
+    let parts = threads::map(&threads::parts(&numbered, SOME), work as u64, |part| {
+        let (mut quadratic, mut linear) = (Mat::<f64>::zeros(count, triangle), Mat::<f64>::zeros(count, n));
+        let (mut products, mut slopes) = (vec![0.0; SOME * triangle], vec![0.0; SOME * n]);
+        let mut apart = vec![0.0; 3 * n];
+        for some in part.chunks(SOME) {
+            let outs = products.chunks_exact_mut(triangle.max(1)).zip(slopes.chunks_exact_mut(n.max(1)));
+            for ((_, pair), (products, slopes)) in some.iter().zip(outs) {
+                rows.difference(*pair, &mut apart);
                 let [a, b] = pair.map(|v| x[v as usize]);
-                scaled.iter_mut().zip(apart).for_each(|(out, x)| *out = factor * *x);
-                for (row, edge) in scaled.chunks_exact(n).zip((b - a).iter()) {
-                    linear.iter_mut().zip(row).for_each(|(sum, x)| *sum += edge * x);
-                }
+                arch.dispatch(Gain { apart: &apart, edge: b - a, products, slopes });
             }
-            let lines = 3 * some.len();
-            let [left, right] =
-                [&apart, &scaled].map(|rows| MatRef::from_row_major_slice(&rows[..lines * n], lines, n));
-            add_lower(quadratic.as_mut(), left.transpose(), right);
+            let factors = p.subrows(some[0].0, some.len()).transpose();
+            let products = MatRef::from_row_major_slice(&products[..some.len() * triangle], some.len(), triangle);
+            let slopes = MatRef::from_row_major_slice(&slopes[..some.len() * n], some.len(), n);
+            matmul(quadratic.as_mut(), Accum::Add, factors, products, 1.0, Par::Seq);
+            matmul(linear.as_mut(), Accum::Add, factors, slopes, 1.0, Par::Seq);
         }
-        Form { weight: 1.0, bound: 0.0, linear, quadratic: symmetric(quadratic.as_ref()) }
-    })
+        (quadratic, linear)
+    });
+    let (mut quadratic, mut linear) = (Mat::<f64>::zeros(count, triangle), Mat::<f64>::zeros(count, n));
+    for (quadratic_part, linear_part) in &parts {
+        quadratic += quadratic_part;
+        linear += linear_part;
+    }
+    let entry = |k: usize, i: usize, j: usize| quadratic[(k, i * (i + 1) / 2 + j)];
+    let form = |k: usize| Form {
+        weight: 1.0,
+        bound: 0.0,
+        linear: (0..n).map(|i| linear[(k, i)]).collect(),
+        quadratic: DMatrix::from_fn(n, n, |i, j| entry(k, i.max(j), i.min(j))),
+    };
+    (0..count).map(form).collect()
+}
+
+/// What y of a pair has of two fields, 2 D_k·D_l for l ≤ k, and of one, 2 ē·D_k.
+struct Gain<'a> {
+    apart: &'a [f64],
+    edge: Vec3,
+    products: &'a mut [f64],
+    slopes: &'a mut [f64],
+}
+
+impl WithSimd for Gain<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self { apart, edge, products, slopes } = self;
+        let n = slopes.len();
+        let (x, yz) = apart.split_at(n);
+        let (y, z) = yz.split_at(n);
+        for k in 0..n {
+            let [a, b, c] = [2.0 * x[k], 2.0 * y[k], 2.0 * z[k]];
+            slopes[k] = edge[0] * a + edge[1] * b + edge[2] * c;
+            let products = &mut products[k * (k + 1) / 2..][..k + 1];
+            for l in 0..=k {
+                products[l] = a * x[l] + b * y[l] + c * z[l];
+            }
+        }
+    }
 }
 
 /// Both triangles from the lower one.

@@ -4,13 +4,15 @@
 //! choice is that of 64 bits, and a pass goes over a quarter of the memory. The active columns and their products are kept, so that
 //! nothing is copied or multiplied twice.
 
+mod factor;
+mod strip;
+
 use crate::{Result, threads};
-use faer::dyn_stack::{MemBuffer, MemStack};
-use faer::linalg::cholesky::ldlt::{self, factor::LdltRegularization};
-use faer::linalg::triangular_solve::solve_unit_lower_triangular_in_place;
-use faer::{Col, ColRef, Mat, MatMut, MatRef, Par, Spec};
+use factor::Factor;
+use faer::{Col, ColRef, Mat, MatRef};
 use nalgebra::DVector;
 use pulp::Arch;
+use strip::Strip;
 
 /// Columns that are smaller than this part of the mean are left out: those of elements that are held all around are rounding,
 /// which a weight makes into noise that no search gets through.
@@ -87,8 +89,8 @@ impl<'a> ActiveSet<'a> {
         let (norms, right) = (of(|strip| &strip.norms), of(|strip| &strip.right));
         let least = LEAST_FORCE * norms.iter().sum::<f64>() / n as f64;
         let barred = norms.iter().map(|norm| *norm <= least).collect();
-        let factor = Factor { matrix: Mat::zeros(wanted.min(n), wanted.min(n)), size: 0 };
-        let taken = Vec::with_capacity(factor.matrix.ncols() * a.nrows());
+        let factor = Factor::new(wanted.min(n));
+        let taken = Vec::with_capacity(factor.most() * a.nrows());
         let (x, places, active, order) = (vec![0.0; n], vec![usize::MAX; n], vec![], vec![]);
         Self { a, strips, norms, right, x, active, taken, places, factor, order, barred, arch: Arch::new() }
     }
@@ -206,119 +208,6 @@ impl<'a> ActiveSet<'a> {
         parts.iter().for_each(|part| residual.iter_mut().zip(part.iter()).for_each(|(left, x)| *left -= x));
         residual
     }
-}
-
-/// LDLᵀ of the products of some columns.
-struct Factor {
-    /// L below the diagonal, and D.
-    matrix: Mat<f64>,
-    size: usize,
-}
-
-impl Factor {
-    /// Of more columns: `across` are their products with those before, `own` with each other. False, and nothing is changed, unless the whole is
-    /// positive definite.
-    fn append(&mut self, mut across: Mat<f64>, mut own: Mat<f64>) -> bool {
-        let (size, count) = across.shape();
-        let factor = self.matrix.submatrix(0, 0, size, size);
-        solve_unit_lower_triangular_in_place(factor, across.as_mut(), Par::Seq);
-        let scaled = Mat::from_fn(size, count, |i, k| across[(i, k)] / factor[(i, i)]);
-        own -= across.transpose() * &scaled;
-        let mut room = MemBuffer::new(ldlt::factor::cholesky_in_place_scratch::<f64>(count, Par::Seq, Spec::default()));
-        let (stack, plain) = (MemStack::new(&mut room), LdltRegularization::default());
-        let done = ldlt::factor::cholesky_in_place(own.as_mut(), plain, Par::Seq, stack, Spec::default());
-        if done.is_err() || (0..count).any(|i| own[(i, i)].is_nan() || own[(i, i)] <= 0.0) {
-            return false;
-        }
-        self.size = size + count;
-        self.matrix.submatrix_mut(size, 0, count, size).copy_from(scaled.transpose());
-        self.matrix.submatrix_mut(size, size, count, count).copy_from(own);
-        true
-    }
-
-    fn solve(&self, right: impl Iterator<Item = f64>) -> Vec<f64> {
-        let mut z: Vec<f64> = right.collect();
-        let factor = self.matrix.submatrix(0, 0, self.size, self.size);
-        let both = MatMut::from_column_major_slice_mut(&mut z, self.size, 1);
-        ldlt::solve::solve_in_place(factor, factor.diagonal(), both, Par::Seq, MemStack::new(&mut []));
-        z
-    }
-
-    /// Takes columns out: what L has of each goes to those behind it.
-    fn remove(&mut self, list: &mut [usize]) {
-        let of = ldlt::update::delete_rows_and_cols_clobber_scratch::<f64>(self.size, list.len());
-        let mut room = MemBuffer::new(of);
-        let factor = self.matrix.submatrix_mut(0, 0, self.size, self.size);
-        ldlt::update::delete_rows_and_cols_clobber(factor, list, Par::Seq, MemStack::new(&mut room));
-        self.size -= list.len();
-    }
-}
-
-/// Some columns, over their norms, in 16 bits, the upper half of an f32.
-struct Strip {
-    first: usize,
-    norms: Vec<f64>,
-    /// Their products with b.
-    right: Vec<f64>,
-    entries: Vec<u16>,
-    /// Of each, the norm of what its entries miss.
-    missed: Vec<f64>,
-}
-
-/// Numbers that are summed side by side.
-const SIDE_BY_SIDE: usize = 32;
-
-impl Strip {
-    fn new(first: usize, a: MatRef<'_, f64>, b: ColRef<'_, f64>) -> Self {
-        let norms: Vec<f64> = a.col_iter().map(|column| column.norm_l2()).collect();
-        let right = a.col_iter().map(|column| column.transpose() * b).collect();
-        let (mut entries, mut missed) = (Vec::with_capacity(a.nrows() * a.ncols()), Vec::with_capacity(a.ncols()));
-        for (column, norm) in a.col_iter().zip(&norms) {
-            let mut squares = 0.0;
-            let unit = if *norm > 0.0 { 1.0 / norm } else { 0.0 };
-            entries.extend(column.iter().map(|x| {
-                let x = x * unit;
-                let half = (((x as f32).to_bits() + 0x8000) >> 16) as u16; // to the nearest; |x| is at most 1
-                squares += (x - f64::from(wide(half))).powi(2);
-                half
-            }));
-            missed.push(squares.sqrt());
-        }
-        Self { first, norms, right, entries, missed }
-    }
-
-    /// Of each `open` column, a number that its gain, aᵀr/|a|, is surely not below, and one that it is not above; of r, its direction.
-    fn gains(&self, arch: Arch, (r, whole): (&[f32], f64), open: impl Fn(usize) -> bool) -> Vec<Option<[f64; 2]>> {
-        // Of sums of f32, each of rows/32 terms, and of what they are made of.
-        let rounding = (r.len() as f64 / SIDE_BY_SIDE as f64 + 64.0) * f64::from(f32::EPSILON);
-        let columns = self.entries.chunks_exact(r.len().max(1)).zip(&self.missed).enumerate();
-        let gain = |(j, (entries, missed)): (usize, (&[u16], &f64))| {
-            open(self.first + j).then(|| {
-                let (middle, off) = (f64::from(arch.dispatch(|| rough_dot(entries, r))), missed + rounding);
-                [whole * (middle - off), whole * (middle + off)]
-            })
-        };
-        columns.map(gain).collect()
-    }
-}
-
-/// Of its upper half.
-#[inline(always)]
-fn wide(half: u16) -> f32 {
-    f32::from_bits(u32::from(half) << 16)
-}
-
-#[inline(always)]
-fn rough_dot(a: &[u16], b: &[f32]) -> f32 {
-    let mut sums = [0.0f32; SIDE_BY_SIDE];
-    let (a, b) = (a.chunks_exact(SIDE_BY_SIDE), b.chunks_exact(SIDE_BY_SIDE));
-    let rest: f32 = a.remainder().iter().zip(b.remainder()).map(|(a, b)| wide(*a) * b).sum();
-    for (a, b) in a.zip(b) {
-        for k in 0..SIDE_BY_SIDE {
-            sums[k] += wide(a[k]) * b[k];
-        }
-    }
-    sums.iter().sum::<f32>() + rest
 }
 
 #[cfg(test)]
