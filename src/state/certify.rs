@@ -32,7 +32,8 @@ use std::sync::Arc;
 const SOLVES: usize = 60;
 
 /// A state that misses more than this share of a hard handle's way is where no equilibrium with the handle was found, and its estimate of
-/// some other: then the paper's method goes on if it comes nearer to the handle.
+/// some other: then the paper's method goes on if it comes nearer to the handle. And where this share of the displacement is wrong, where an estimate
+/// led to says little of the way that a handle took.
 const LOST: f64 = 0.5;
 
 /// A hard handle that misses by less, in sizes or rad, is met.
@@ -193,11 +194,12 @@ impl State {
     }
 
     /// Goes on by the paper's warp where that is nearer to the full shell, as far as estimates and what handles miss tell; returns the
-    /// estimate of the method that goes on. A state without velocities is set against the warp's own equilibrium, one that moves
-    /// against the warp at its pose. Estimates may be of different equilibria. Of the first, where a hard handle leads it, both are set
-    /// against the equilibrium that its own estimate led to, as that depends on the way that it took; else, where they do not decide or
-    /// one is wanting, against that which the full shell has from rest, which takes as long as its static solution. Fails, changing
-    /// nothing, where neither has an estimate.
+    /// estimate of the method that goes on. A state without velocities is set against the equilibrium that the warp has from rest, or else from the
+    /// state's pose; one that moves against the warp at its pose. Estimates may be of different equilibria. Of the first, where a hard handle leads it,
+    /// both are set against the equilibrium that its own estimate led to, as that depends on the way that it took. Where that finds half of its
+    /// displacement wrong, and the warp comes to the handle, or where nothing leads it and estimates do not decide or one is wanting, both are set
+    /// against the equilibrium that the full shell has from rest, which takes as long as its static solution. Fails, changing nothing, where neither has
+    /// an estimate.
     pub fn fall_back(&mut self) -> Result<Certificate> {
         Feature::NonlinearShell.require()?;
         self.refuse_moving_rest("a certificate")?;
@@ -211,9 +213,10 @@ impl State {
             warp.set_method(Method::Warp)?;
             if self.is_standing() {
                 warp.frame.motion = FrameMotion::Given(self.rates);
+                let here = warp.try_clone()?;
+                warp.unbend();
                 if warp.equilibrium().is_err() {
-                    warp.reset();
-                    warp.frame.motion = FrameMotion::Given(self.rates);
+                    warp = here;
                     warp.equilibrium()?;
                 }
             }
@@ -225,9 +228,10 @@ impl State {
         };
         let (own, other) = (self.estimate(&mut |_| Ok(())), warp.estimate(&mut |_| Ok(())));
         let led = self.constraints().any(|(c, _)| c.compliance == 0.0);
+        let by_its_way = |own: &Certificate| led && (own.error <= LOST || warp.missed() > LOST);
         let known = match &own {
             _ if !self.is_standing() => None,
-            Ok((own, end)) if led => (own.remaining <= BALANCED).then(|| end.clone()),
+            Ok((own, end)) if by_its_way(own) => (own.remaining <= BALANCED).then(|| end.clone()),
             own if self.is_clear(own, &other) => None,
             _ => self.path_from_rest().ok(),
         };
@@ -285,6 +289,14 @@ impl State {
         let mut places = vec![Vec3::zeros(); self.model.shell.mass.len()];
         self.positions(Space::Frame, |v, x| places[v] = x);
         places
+    }
+
+    /// Takes the rest shape, and nothing else of [`State::reset`].
+    fn unbend(&mut self) {
+        self.motion.reset();
+        if let Some(supports) = &self.supports {
+            self.motion.place_supports(&supports.now);
+        }
     }
 
     /// No velocity: at an equilibrium, or at a pose that was set.

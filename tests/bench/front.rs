@@ -42,6 +42,8 @@ const SAME: f64 = 1.0001;
 /// Of the aims, that of the claims, and what is near the full shell there.
 const AT: f64 = 0.2;
 const NEARLY: f64 = 0.05;
+/// Of the loads, what an equilibrium of the full shell leaves that a certificate led to, at most.
+const BALANCED: f64 = 1e-3;
 
 /// The best that fields can do.
 fn projection(model: &Model, exact: &[Vec3]) -> f64 {
@@ -221,7 +223,8 @@ fn measure(scene: &Scene, contenders: &[Contender], (tallies, pool): (&mut [Tall
         }
         print!(" {own:.4} ({:.4})", projection(&contender.model, &case.exact));
         let two = found.as_ref().filter(|(_, found)| *found).and_then(|(state, _)| corrected(scene, state, 2, case));
-        let mut measured = Measured { own, paper, after: f64::INFINITY, two: two.unwrap_or(f64::INFINITY) };
+        let none = f64::INFINITY;
+        let mut measured = Measured { own, paper, after: none, certified: none, two: two.unwrap_or(none) };
         let Some((mut state, _)) = found else {
             pool.add(scene, contender, case, measured);
             continue;
@@ -229,6 +232,10 @@ fn measure(scene: &Scene, contenders: &[Contender], (tallies, pool): (&mut [Tall
         let estimate = state.fall_back();
         let (stays, after) = (state.method() == contender.method, off(scene, &state, case));
         measured.after = after;
+        measured.certified = match &estimate {
+            Ok(found) if found.remaining <= BALANCED => found.error,
+            _ => f64::INFINITY,
+        };
         pool.add(scene, contender, case, measured);
         tally.fallen += usize::from(after > SAME * paper && case.is_confirmed());
         let (estimate, remaining) = estimate.map_or((f64::NAN, f64::NAN), |c| (c.error, c.remaining));

@@ -405,29 +405,47 @@ fn falling_back_keeps_handles_that_the_modes_would_miss_and_what_already_is_the_
     }
 }
 
-/// A quarter of a cylinder led by a corner until it is inside out, where the warp is nearer to the equilibrium that this way leads to.
-#[test]
-fn a_state_that_a_handle_leads_and_the_warp_are_set_against_the_equilibrium_that_its_way_leads_to() {
-    let scene = crate::scenes::all().into_iter().find(|scene| scene.key == "cylinder").unwrap();
-    let load = scene.loads(List::Fresh).into_iter().find(|load| load.name == "handle 5").unwrap();
-    let Action::Handle(v, direction) = load.action else { panic!("a handle") };
-    // Trained on few equilibria: with all of them it is nearer than the warp.
-    let reduced = reduced::Options { fields: 24, poses: 26, ..Default::default() };
-    let options = Options { modes: 8, reduced, ..Options::default() };
-    let model = Arc::new(Model::precompute(scene.shell.clone(), &options, &mut |_, _| Ok(())).unwrap());
-    let led = |method: Method| {
-        let mut state = state(&model, method);
-        for share in [0.1, 0.2, 0.5] {
-            let target = Target::Position(scene.shell.mesh.positions[v] + share * scene.shell.mesh.size * direction);
-            let axes = std::array::from_fn(|a| direction[a] != 0.0);
+/// A shell of the front's scenes with a reduced shell, and a handle of its lists.
+struct Led {
+    model: Arc<Model>,
+    vertex: usize,
+    direction: Vec3,
+}
+
+impl Led {
+    fn new(key: &str, (list, name): (List, &str), reduced: reduced::Options) -> Self {
+        let scene = crate::scenes::all().into_iter().find(|scene| scene.key == key).unwrap();
+        let load = scene.loads(list).into_iter().find(|load| load.name == name).unwrap();
+        let Action::Handle(vertex, direction) = load.action else { panic!("a handle") };
+        let options = Options { modes: 8, reduced, ..Options::default() };
+        let model = Model::precompute(scene.shell.clone(), &options, &mut |_, _| Ok(())).unwrap();
+        Self { model: Arc::new(model), vertex, direction }
+    }
+
+    /// At rest at the last of these shares of the shell's size, each from the one before.
+    fn to(&self, shares: &[f64], method: Method) -> State {
+        let (shell, v) = (&self.model.shell, self.vertex);
+        let mut state = state(&self.model, method);
+        for share in shares {
+            let target = Target::Position(shell.mesh.positions[v] + *share * shell.mesh.size * self.direction);
+            let axes = std::array::from_fn(|a| self.direction[a] != 0.0);
             state.set_constraint(Constraint { id: 1, vertex: v as u32, axes, compliance: 0.0, target }).unwrap();
             state.equilibrium().unwrap();
         }
         state
-    };
-    let exact = displacements(&led(Method::ImplicitShell));
-    let of = |state: &State| mass_error(&scene.shell, &displacements(state), &exact);
-    let (mut own, paper) = (led(Method::ReducedShell), led(Method::Warp));
+    }
+}
+
+/// A quarter of a cylinder led by a corner until it is inside out, where the warp is nearer to the equilibrium that this way leads to.
+#[test]
+fn a_state_that_a_handle_leads_and_the_warp_are_set_against_the_equilibrium_that_its_way_leads_to() {
+    // Trained on few equilibria: with all of them it is nearer than the warp.
+    let reduced = reduced::Options { fields: 24, poses: 26, ..Default::default() };
+    let led = Led::new("cylinder", (List::Fresh, "handle 5"), reduced);
+    let [mut own, paper, full] =
+        [Method::ReducedShell, Method::Warp, Method::ImplicitShell].map(|method| led.to(&[0.1, 0.2, 0.5], method));
+    let exact = displacements(&full);
+    let of = |state: &State| mass_error(&led.model.shell, &displacements(state), &exact);
     let before = of(&own);
     let estimates = [&own, &paper].map(|state| state.certify().unwrap().error);
     let found = own.fall_back().unwrap();
@@ -437,6 +455,25 @@ fn a_state_that_a_handle_leads_and_the_warp_are_set_against_the_equilibrium_that
     assert_close("estimate of the warp", estimates[1], of(&paper), 0.02, 0.0);
     assert!(own.method() == Method::Warp && of(&own) < before);
     assert_close("the error against its own way's end", found.error, of(&own), 0.01, 0.0);
+}
+
+/// A hat led by its brim, which its fields hold badly: its own estimate leads to another buckled shape than the way from rest does, and from its pose
+/// the warp finds another equilibrium than from rest.
+#[test]
+fn a_state_that_is_far_off_and_the_warp_are_set_against_the_equilibrium_from_rest() {
+    let reduced = reduced::Options { fields: 20, poses: reduced::MAX_POSES, ..Default::default() };
+    let led = Led::new("hat", (List::First, "handle 2"), reduced);
+    for shares in [&[0.1, 0.2][..], &[0.1, 0.2, 0.5]] {
+        let [own, paper, full] =
+            [Method::ReducedShell, Method::Warp, Method::ImplicitShell].map(|method| led.to(shares, method));
+        let exact = displacements(&full);
+        let of = |state: &State| mass_error(&led.model.shell, &displacements(state), &exact);
+        let mut state = own.try_clone().unwrap();
+        let found = state.fall_back().unwrap();
+        println!("{:.4}, paper {:.4}; then {:.4}, {found:?}", of(&own), of(&paper), of(&state));
+        assert!(of(&state) <= 1.0001 * of(&paper).min(of(&own)), "{} by {:?}", of(&state), state.method());
+        assert_eq!(state.report().time, own.report().time);
+    }
 }
 
 /// A leaf pulled along its length, which it hardly can be: where no equilibrium is found, a state stays at rest as this one.
