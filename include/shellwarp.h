@@ -2503,10 +2503,10 @@ SwStatus sw_state_positions_corrected(const struct SwState *state,
 // where its estimate by sw_state_certify, or what its hard handles miss of their way, is less than
 // the state's own, or where the state misses more than half of a hard handle's way and the warp
 // less. A state without velocities, as after sw_state_equilibrium, found or not, is set against the
-// equilibrium that the warp has from rest under the same loads, one that moves against the warp at
-// the nearest pose, as by sw_state_set_method. `certificate`, initialised by sw_certificate_init,
-// is of the method that goes on, which it names. SW_METHOD_WARP and the nonlinear shells are only
-// certified.
+// equilibrium that the warp has from rest under the same loads (from its pose, where solids or
+// nothing hold it), one that moves against the warp at the nearest pose, as by sw_state_set_method.
+// `certificate`, initialised by sw_certificate_init, is of the method that goes on, which it names.
+// SW_METHOD_WARP and the nonlinear shells are only certified.
 //
 // Takes as long as two of sw_state_certify. The two estimates of a state without velocities may
 // lead to different equilibria, as of a shell that buckles or snaps through. Where a hard handle

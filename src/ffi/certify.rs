@@ -170,7 +170,8 @@ pub unsafe extern "C" fn sw_state_positions_corrected(
 /// Goes on by SW_METHOD_WARP, the paper's method, where that is nearer to the full nonlinear shell: where its estimate by
 /// sw_state_certify, or what its hard handles miss of their way, is less than the state's own, or where the state misses more than half
 /// of a hard handle's way and the warp less. A state without velocities, as after sw_state_equilibrium, found or not, is set against the
-/// equilibrium that the warp has from rest under the same loads, one that moves against the warp at the nearest pose, as by sw_state_set_method.
+/// equilibrium that the warp has from rest under the same loads (from its pose, where solids or nothing hold it), one that moves against the warp at
+/// the nearest pose, as by sw_state_set_method.
 /// `certificate`, initialised by sw_certificate_init, is of the method that goes on, which it names. SW_METHOD_WARP and the nonlinear
 /// shells are only certified.
 ///

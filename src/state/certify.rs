@@ -195,7 +195,7 @@ impl State {
 
     /// Goes on by the paper's warp where that is nearer to the full shell, as far as estimates and what handles miss tell; returns the
     /// estimate of the method that goes on. A state without velocities is set against the equilibrium that the warp has from rest, or else from the
-    /// state's pose; one that moves against the warp at its pose. Estimates may be of different equilibria. Of the first, where a hard handle leads it,
+    /// state's pose, which comes first where solids or nothing hold it; one that moves against the warp at its pose. Estimates may be of different equilibria. Of the first, where a hard handle leads it,
     /// both are set against the equilibrium that its own estimate led to, as that depends on the way that it took. Where that finds half of its
     /// displacement wrong, and the warp comes to the handle, or where nothing leads it and estimates do not decide or one is wanting, both are set
     /// against the equilibrium that the full shell has from rest, which takes as long as its static solution. Fails, changing nothing, where neither has
@@ -213,12 +213,10 @@ impl State {
             warp.set_method(Method::Warp)?;
             if self.is_standing() {
                 warp.frame.motion = FrameMotion::Given(self.rates);
-                let here = warp.try_clone()?;
-                warp.unbend();
-                if warp.equilibrium().is_err() {
-                    warp = here;
-                    warp.equilibrium()?;
-                }
+                let mut unbent = warp.try_clone()?;
+                unbent.unbend();
+                let (mut first, mut second) = if self.stays_put() { (unbent, warp) } else { (warp, unbent) };
+                return first.equilibrium().map(|_| first).or_else(|_| second.equilibrium().map(|_| second));
             }
             Ok(warp)
         };
@@ -297,6 +295,12 @@ impl State {
         if let Some(supports) = &self.supports {
             self.motion.place_supports(&supports.now);
         }
+    }
+
+    /// Whether its rest shape is where supports or handles hold it. What touches solids, or nothing holds, is where it came to.
+    fn stays_put(&self) -> bool {
+        let held = self.model.modal.zero_modes == 0 || self.constraints().next().is_some();
+        held && self.contacts.is_none()
     }
 
     /// No velocity: at an equilibrium, or at a pose that was set.
