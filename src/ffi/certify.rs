@@ -167,19 +167,19 @@ pub unsafe extern "C" fn sw_state_positions_corrected(
     }
 }
 
-/// Goes on by SW_METHOD_WARP, the paper's method, where that is nearer to the full nonlinear shell: where its estimate by
-/// sw_state_certify, or what its hard handles miss of their way, is less than the state's own, or where the state misses more than half
-/// of a hard handle's way and the warp less. A state without velocities, as after sw_state_equilibrium, found or not, is set against the
-/// equilibrium that the warp has from rest under the same loads (from its pose, where solids or nothing hold it), one that moves against the warp at
-/// the nearest pose, as by sw_state_set_method.
+/// Goes on by SW_METHOD_WARP, the paper's method, where that is nearer to the full nonlinear shell. It is so where its estimate by
+/// sw_state_certify, or what its hard handles miss of their way, is less than the state's own. It is also where the state misses more than half
+/// of a hard handle's way and the warp less. A state without velocities, as after sw_state_equilibrium, found or not, is set against a warp at
+/// rest under the same loads. That is sought from its rest shape, or from the state's pose where solids or nothing hold it. A state that moves is
+/// set against the warp at the nearest pose, as by sw_state_set_method.
 /// `certificate`, initialised by sw_certificate_init, is of the method that goes on, which it names. SW_METHOD_WARP and the nonlinear
 /// shells are only certified.
 ///
 /// Takes as long as two of sw_state_certify. The two estimates of a state without velocities may lead to different equilibria, as of a shell
 /// that buckles or snaps through. Where a hard handle leads it, both are set against that of the state's own, which depends on the way that
-/// it took. Both are set against the equilibrium of the full shell from rest, and the certificate is of it, where that of the state's own finds half of
-/// its displacement wrong and the warp comes to the handle, and without hard handles where the two estimates do not decide or one is wanting. Then it
-/// takes as long as sw_state_equilibrium of SW_METHOD_SHELL_IMPLICIT besides. Call it when a
+/// it took. In two cases both are set against the equilibrium of the full shell from rest, and the certificate is of it. The first: the state's own
+/// estimate finds half of its displacement wrong, and the warp comes to the handle. The second: no hard handle leads it, and the estimates do not
+/// decide or one is wanting. Then it takes as long as sw_state_equilibrium of SW_METHOD_SHELL_IMPLICIT besides. Call it when a
 /// handle is let go or a pose is found, not in every step. States saved before belong to the method that they were saved with. Allocates;
 /// on failure nothing has changed.
 /// Errors: as of sw_state_certify, SW_ERROR_NUMERICAL where neither method has an estimate.

@@ -194,12 +194,13 @@ impl State {
     }
 
     /// Goes on by the paper's warp where that is nearer to the full shell, as far as estimates and what handles miss tell; returns the
-    /// estimate of the method that goes on. A state without velocities is set against the equilibrium that the warp has from rest, or else from the
-    /// state's pose, which comes first where solids or nothing hold it; one that moves against the warp at its pose. Estimates may be of different equilibria. Of the first, where a hard handle leads it,
-    /// both are set against the equilibrium that its own estimate led to, as that depends on the way that it took. Where that finds half of its
-    /// displacement wrong, and the warp comes to the handle, or where nothing leads it and estimates do not decide or one is wanting, both are set
-    /// against the equilibrium that the full shell has from rest, which takes as long as its static solution. Fails, changing nothing, where neither has
-    /// an estimate.
+    /// estimate of the method that goes on. A state that moves is set against the warp at its pose. One without velocities is set against a warp at
+    /// rest, sought from the rest shape, or else from the state's pose, which comes first where solids or nothing hold it.
+    ///
+    /// Its estimate and the warp's may be of different equilibria. Where a hard handle leads it, both are set against the equilibrium that its own
+    /// estimate led to, as that depends on the way that it took. In two cases both are set against the equilibrium that the full shell has from rest,
+    /// which takes as long as its static solution. The first: its own estimate finds half of its displacement wrong, and the warp comes to the handle.
+    /// The second: nothing leads it, and the estimates do not decide or one is wanting. Fails, changing nothing, where neither has an estimate.
     pub fn fall_back(&mut self) -> Result<Certificate> {
         Feature::NonlinearShell.require()?;
         self.refuse_moving_rest("a certificate")?;
