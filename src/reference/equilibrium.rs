@@ -7,7 +7,7 @@
 
 use super::constraints::Constraints;
 use super::mixed::Unstable;
-use super::newton::{Ahead, Convergence, Stop};
+use super::newton::{Ahead, Convergence, LEAP, Stop};
 use super::potential::Potential;
 use super::{Solver, continuation, free_norm};
 use crate::energy::Curvature;
@@ -27,9 +27,7 @@ const SMALLEST_INCREMENT: f64 = 1e-4;
 /// Up to this share of the load, an increment that takes too many iterations is not halved: the shell is on its way down.
 const SNAPPING: f64 = 0.3;
 
-/// A search that ends further from where its first step leads than that step is long has leapt over a snap; and the shortest increment before
-/// one. The shape within a thirtieth of the load before a snap is nearly the last one.
-const LEAP: f64 = 1.0;
+/// The shortest increment before a snap. The shape within a thirtieth of the load before it is nearly the last one.
 const SHORTEST_ALONG: f64 = 0.03;
 
 /// Rounding of the coordinates leaves 1e-6 of the load on shells that hang together; more means that one flies away.

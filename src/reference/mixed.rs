@@ -239,6 +239,9 @@ impl Newton {
             self.step_in_reach(potential, x, &mut shift);
             foresee(potential, &mut self.parts, [x, &self.trial], stress);
             x.copy_from_slice(&self.trial);
+            if self.is_leaping(potential, x, iterations) {
+                break;
+            }
         }
         Ok(None)
     }

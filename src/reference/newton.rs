@@ -22,7 +22,7 @@ use crate::energy::Curvature;
 use crate::mesh::NONE;
 use crate::sparse::{BlockMatrix, Factor, Symbolic};
 use crate::{Error, ErrorKind, Result, Shell, Vec3};
-pub use ahead::{Ahead, AtRest};
+pub use ahead::{Ahead, AtRest, LEAP};
 use conjugate::Conjugate;
 use faer::MatMut;
 use std::sync::Arc;

@@ -8,6 +8,11 @@ use crate::sparse::Factor;
 use crate::{Result, Vec3};
 use faer::MatMut;
 
+/// A search that ends further from where its first step leads than that step is long has leapt over a snap.
+pub const LEAP: f64 = 1.0;
+/// The same after its second step, which still overshoots: on leaves one came back from 1.12, and none from beyond.
+const LEAP_AT_ONCE: f64 = 1.25;
+
 /// Where the load leads from a shape.
 pub struct Ahead {
     /// What a whole share adds to the load (n_vertices).
@@ -70,6 +75,13 @@ impl Newton {
         let falls = slope < 0.0 && slope.is_finite();
         self.made_at = falls.then_some(force);
         Ok(falls)
+    }
+
+    /// Whether a search that others go ahead by, and that has come to `x` by a step after so many others, is leaping over a snap: it is
+    /// given up then, as it would be where it ends.
+    pub(in crate::reference) fn is_leaping(&self, potential: &Potential, x: &[Vec3], others: usize) -> bool {
+        let apart = if others > 1 { LEAP } else { LEAP_AT_ONCE };
+        self.ahead.is_some() && others > 0 && !self.is_foreseen(potential, (potential.origin, x), apart)
     }
 
     /// Δ ahead; false where it is not known.
