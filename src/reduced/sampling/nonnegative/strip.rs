@@ -22,13 +22,13 @@ const ROUNDED: f64 = 1.0 + 1e-9;
 impl Strip {
     /// Of the columns from the `first` on.
     pub fn new(first: usize, a: MatRef<'_, f64>, b: ColRef<'_, f64>) -> Self {
-        let norms: Vec<f64> = a.col_iter().map(|column| column.norm_l2()).collect();
-        let right = a.col_iter().map(|column| column.transpose() * b).collect();
         let (arch, mut missed) = (Arch::new(), Vec::with_capacity(a.ncols()));
+        let columns = || a.col_iter().filter_map(|column| column.try_as_col_major());
+        let norms: Vec<f64> = columns().map(|column| arch.dispatch(Squares(column.as_slice())).sqrt()).collect();
+        let right = a.col_iter().map(|column| column.transpose() * b).collect();
         let mut entries = vec![0; a.nrows() * a.ncols()];
-        for ((out, column), norm) in entries.chunks_exact_mut(a.nrows().max(1)).zip(a.col_iter()).zip(&norms) {
+        for ((out, column), norm) in entries.chunks_exact_mut(a.nrows().max(1)).zip(columns()).zip(&norms) {
             let unit = if *norm > 0.0 { 1.0 / norm } else { 0.0 };
-            let Some(column) = column.try_as_col_major() else { unreachable!("columns are whole") };
             let squares = arch.dispatch(Halve(column.as_slice(), unit, out));
             missed.push(ROUNDED * squares.sqrt());
         }
@@ -47,6 +47,26 @@ impl Strip {
             })
         };
         columns.map(gain).collect()
+    }
+}
+
+/// The sum of the squares.
+struct Squares<'a>(&'a [f64]);
+
+impl WithSimd for Squares<'_> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> f64 {
+        let mut sums = [0.0; SIDE_BY_SIDE];
+        let (numbers, last) = self.0.as_chunks::<SIDE_BY_SIDE>();
+        for numbers in numbers {
+            for k in 0..SIDE_BY_SIDE {
+                sums[k] += numbers[k] * numbers[k];
+            }
+        }
+        sums.iter_mut().zip(last).for_each(|(sum, x)| *sum += x * x);
+        sums.iter().sum()
     }
 }
 
