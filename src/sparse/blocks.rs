@@ -65,7 +65,7 @@ const SHORT: usize = 64;
 /// Where `i` is in an ascending column that has it.
 fn place_of(i: u32, column: &[u32]) -> usize {
     let place = match column.len() {
-        ..=SHORT => column.iter().map(|&row| usize::from(row < i)).sum(),
+        ..=SHORT => column.iter().map(|&row| u32::from(row < i)).sum::<u32>() as usize,
         _ => column.partition_point(|&row| row < i),
     };
     assert!(column.get(place) == Some(&i), "the pattern holds every pair of an element");

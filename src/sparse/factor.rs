@@ -7,12 +7,12 @@ use crate::{Error, ErrorKind, Result, Vec3};
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::perm::PermRef;
 use faer::prelude::Reborrow;
-use faer::sparse::linalg::SupernodalThreshold;
 use faer::sparse::linalg::cholesky::{
     CholeskySymbolicParams, LltRef, SymbolicCholesky, SymbolicCholeskyRaw, SymmetricOrdering,
     factorize_symbolic_cholesky,
     supernodal::{SupernodalIntranodeLbltRef, SymbolicSupernodalCholesky},
 };
+use faer::sparse::linalg::{SupernodalThreshold, SymbolicSupernodalParams};
 use faer::sparse::{SparseColMat, SymbolicSparseColMatRef};
 use faer::{Conj, MatMut, Par, Side};
 
@@ -25,6 +25,10 @@ const BRANCHED: f64 = 3e7;
 pub(super) fn out_of_memory(what: &str) -> Error {
     Error::new(ErrorKind::OutOfMemory, format!("not enough memory for the {what}"))
 }
+
+/// Supernodes of up to so many columns that are joined, in panels, where this part of the joint one is zeros, at most: products of wide ones cost less than
+/// what is taken from many narrow ones. Three columns are a vertex.
+const JOINED: [(usize, f64); 4] = [(12, 1.0), (48, 0.3), (96, 0.1), (usize::MAX, 0.05)];
 
 /// From this many vertices on nested dissection is tried too; below it takes longer than it saves.
 const DISSECTED: usize = 5_000;
@@ -40,15 +44,21 @@ pub struct Symbolic {
 impl Symbolic {
     /// Analyses a pattern of 3 × 3 blocks, each of which lies at one of the `points`.
     pub fn analyse(lower: SymbolicSparseColMatRef<'_, usize>, points: &[Vec3]) -> Result<Self> {
-        let mut best = Self::ordered::<3>(lower, &minimum_degree::<3>(lower)?)?;
+        let mut order = minimum_degree::<3>(lower)?;
+        let mut best = Self::ordered::<3>(lower, &order)?;
         if points.len() >= DISSECTED {
-            let dissected = Self::ordered::<3>(lower, &nested_dissection(lower, points)?)?;
+            let other = nested_dissection(lower, points)?;
+            let dissected = Self::ordered::<3>(lower, &other)?;
             if dissected.operations() < best.operations() {
-                best = dissected;
+                (best, order) = (dissected, other);
             }
         }
-        if let Some(order) = best.inner.perm().filter(|_| best.operations() >= BRANCHED) {
-            best.panels = Panels::new(best.structure(), lower, order)?;
+        if best.operations() >= BRANCHED {
+            let joined = SymbolicSupernodalParams { relax: Some(&JOINED) };
+            best = Self::in_form::<3>(lower, &order, (SupernodalThreshold::FORCE_SUPERNODAL, joined))?;
+            if let Some(order) = best.inner.perm() {
+                best.panels = Panels::new(best.structure(), lower, order)?;
+            }
         }
         Ok(best)
     }
@@ -56,24 +66,26 @@ impl Symbolic {
     /// Analyses a pattern of single entries. Its factors are made column by column, in plain sums: their bits are the same on every
     /// processor. They solve; operations and negative eigenvalues are not counted.
     pub fn analyse_scalar(lower: SymbolicSparseColMatRef<'_, usize>) -> Result<Self> {
-        Self::in_form::<1>(lower, &minimum_degree::<1>(lower)?, SupernodalThreshold::FORCE_SIMPLICIAL)
+        let plain = (SupernodalThreshold::FORCE_SIMPLICIAL, SymbolicSupernodalParams::default());
+        Self::in_form::<1>(lower, &minimum_degree::<1>(lower)?, plain)
     }
 
     /// With the blocks of N × N in this order. Always supernodal, because only that form pivots and so gives a reliable inertia.
     fn ordered<const N: usize>(lower: SymbolicSparseColMatRef<'_, usize>, order: &[u32]) -> Result<Self> {
-        Self::in_form::<N>(lower, order, SupernodalThreshold::FORCE_SUPERNODAL)
+        Self::in_form::<N>(lower, order, (SupernodalThreshold::FORCE_SUPERNODAL, SymbolicSupernodalParams::default()))
     }
 
     fn in_form<const N: usize>(
         lower: SymbolicSparseColMatRef<'_, usize>,
         order: &[u32],
-        supernodal_flop_ratio_threshold: SupernodalThreshold,
+        (supernodal_flop_ratio_threshold, supernodal_params): (SupernodalThreshold, SymbolicSupernodalParams),
     ) -> Result<Self> {
         let forward: Vec<usize> = order.iter().flat_map(|&k| (0..N).map(move |c| N * k as usize + c)).collect();
         let mut inverse = crate::error::try_zeroed("the fill-reducing order", forward.len())?;
         forward.iter().enumerate().for_each(|(k, &i)| inverse[i] = k);
         let order = SymmetricOrdering::Custom(PermRef::new_checked(&forward, &inverse, forward.len()));
-        let params = CholeskySymbolicParams { supernodal_flop_ratio_threshold, ..Default::default() };
+        let params =
+            CholeskySymbolicParams { supernodal_flop_ratio_threshold, supernodal_params, ..Default::default() };
         let inner = factorize_symbolic_cholesky(lower, Side::Lower, order, params)
             .map_err(|_| out_of_memory("symbolic factorization"))?;
         Ok(Self { inner, panels: None })
