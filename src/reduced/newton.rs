@@ -113,6 +113,8 @@ pub struct Newton {
     work: Work,
     /// An approach's Hessian, and its factor.
     near: Factor,
+    /// Δ·HΔ of the last direction by it.
+    near_work: f64,
     /// The last Hessian was an approach's.
     approached: bool,
     /// Of the last Hessian; none after one that was not positive definite, whatever was tried.
@@ -146,6 +148,7 @@ impl Newton {
             leapt: false,
             work: Work::default(),
             near: Factor::new(n, energy.arch()),
+            near_work: 0.0,
             approached: false,
             factor: Cholesky::new(DMatrix::identity(n, n)),
             multipliers: DVector::zeros(0),
@@ -299,16 +302,16 @@ impl Newton {
     fn complete_gradient(&mut self, potential: &Potential, q: &[f64]) -> f64 {
         self.work.gradients += 1;
         let elastic = sum_of(q, self.gradient.as_slice(), |q, g| (q * g).abs());
-        for ((gradient, q), load) in self.gradient.iter_mut().zip(q).zip(potential.load) {
+        let own = self.gradient.as_mut_slice();
+        for ((gradient, q), load) in own.iter_mut().zip(q).zip(potential.load) {
             *gradient += potential.shift * q - load;
         }
         if let Some(c) = potential.matrix {
-            for k in 0..q.len() {
-                self.gradient[k] += dot_all(&c.as_slice()[k * q.len()..][..q.len()], q);
-            }
+            let columns = c.as_slice().chunks_exact(q.len().max(1));
+            own.iter_mut().zip(columns).for_each(|(gradient, column)| *gradient += dot_all(column, q));
         }
         if let Some(c) = potential.diagonal {
-            (0..q.len()).for_each(|k| self.gradient[k] += c[k] * q[k]);
+            own.iter_mut().zip(c.iter().zip(q)).for_each(|(gradient, (c, q))| *gradient += c * q);
         }
         if let Some(joined) = potential.joined {
             joined.add_gradient(q, self.gradient.as_mut_slice());

@@ -144,11 +144,12 @@ impl Reduced {
         self.start.copy_from_slice(&self.next);
         let Coordinates { q, q_dot } = &self.motion;
         let [places, rates] = &mut self.from;
-        for k in 0..q.len() {
-            let gained = self.rates[k] - q_dot[k];
-            places[k] = q[k] + ONWARD * (self.next[k] - q[k]);
-            rates[k] = q_dot[k] + ONWARD * gained;
-            self.next[k] = places[k] + tau * (rates[k] + gained); // with the acceleration of the first stage
+        let from = places.iter_mut().zip(rates).zip(q).zip(q_dot);
+        for ((((place, rate), q), q_dot), (next, ended)) in from.zip(self.next.iter_mut().zip(&self.rates)) {
+            let gained = ended - q_dot;
+            *place = q + ONWARD * (*next - q);
+            *rate = q_dot + ONWARD * gained;
+            *next = *place + tau * (*rate + gained); // with the acceleration of the first stage
         }
         let converged = self.advance(at, load, Stage { share: 1.0, near: true, ..first })?;
         let (start, gone, end) = (&self.motion.q_dot, &self.from[1], &self.rates);
@@ -164,8 +165,8 @@ impl Reduced {
         let alpha = stage.tau.recip();
         let coasted = sum_of(q_dot, q_dot, |rate, _| (stage.tau * rate).powi(2));
         let size = sum_of(q, q, |q, _| q * q);
-        for k in 0..q.len() {
-            self.last[k] = self.next[k] - q[k] - stage.tau * q_dot[k];
+        for (last, (next, (q, q_dot))) in self.last.iter_mut().zip(self.next.iter().zip(q.iter().zip(q_dot))) {
+            *last = next - q - stage.tau * q_dot;
         }
         let jump = sum_of(&self.last, &self.last, |d, _| d * d);
         if jump <= SUDDEN * SUDDEN * coasted || jump <= NOTHING * NOTHING * size {
@@ -198,7 +199,8 @@ impl Reduced {
         self.next.copy_from_slice(q);
         self.set_rows(at, Shares::of_step(stage.share));
         let Coordinates { q, q_dot } = &self.motion;
-        (0..q.len()).for_each(|k| self.next[k] = q[k] + stage.tau * q_dot[k]);
+        let moving = q.iter().zip(q_dot);
+        self.next.iter_mut().zip(moving).for_each(|(next, (q, q_dot))| *next = q + stage.tau * q_dot);
     }
 
     /// Moves the next q from a guess to the end of a stage, and sets its rates. Returns whether the search converged.
@@ -222,13 +224,20 @@ impl Reduced {
                 (0..places.len()).for_each(|k| self.rates[k] = alpha * (self.next[k] - places[k]));
                 reduced.add_spin(gradient, coriolis, (&self.next, &self.rates), &mut self.load);
             }
-            for k in 0..places.len() {
-                self.load[k] += shift * places[k] + alpha * rates[k];
-                self.load[k] += match damped {
-                    Damped::Not => 0.0,
-                    Damped::Modes => self.resistance[k] * places[k],
-                    Damped::All => self.viscosity.column(k).iter().zip(places).map(|(c, q)| c * q).sum(),
-                };
+            for ((load, place), rate) in self.load.iter_mut().zip(places).zip(rates) {
+                *load += shift * place + alpha * rate;
+            }
+            match damped {
+                Damped::Not => {}
+                Damped::Modes => {
+                    let both = self.resistance.iter().zip(places);
+                    self.load.iter_mut().zip(both).for_each(|(load, (c, q))| *load += c * q);
+                }
+                Damped::All => {
+                    let along = |column: &[f64]| column.iter().zip(places).map(|(c, q)| c * q).sum::<f64>();
+                    let columns = self.viscosity.as_slice().chunks_exact(places.len().max(1));
+                    self.load.iter_mut().zip(columns).for_each(|(load, column)| *load += along(column));
+                }
             }
             let constraints = (!self.rows.is_empty()).then_some(&self.rows);
             let matrix = (damped == Damped::All).then_some(&self.viscosity);
@@ -266,7 +275,8 @@ impl Reduced {
             let message = format!("the forces of a frame that turns by {turn} rad in a step of {h:?} s do not settle");
             return Err(Error::new(ErrorKind::Numerical, message));
         }
-        (0..self.next.len()).for_each(|k| self.rates[k] = alpha * (self.next[k] - self.from[0][k]));
+        let moved = self.next.iter().zip(&self.from[0]);
+        self.rates.iter_mut().zip(moved).for_each(|(rate, (next, from))| *rate = alpha * (next - from));
         Ok(converged)
     }
 

@@ -57,7 +57,7 @@ impl Newton {
                     return None;
                 }
                 left = SQUARED * residual * residual / before;
-            } else if near {
+            } else if near && self.least_residual(scale) <= tolerance {
                 residual = self.approaching(scale)?;
                 left = NEARBY * residual;
             }
@@ -74,7 +74,7 @@ impl Newton {
                     return None;
                 }
             }
-            q.iter_mut().zip(self.direction.iter()).for_each(|(q, d)| *q += d);
+            q.iter_mut().zip(self.direction.as_slice()).for_each(|(q, d)| *q += d);
             if left <= tolerance {
                 return Some(End { converged: true, iterations, residual: left });
             }
@@ -98,11 +98,20 @@ impl Newton {
         self.approached
     }
 
+    /// What a step with the last Hessian has as a residual at least, nearly: |g·Δ| is at most √(g·H⁻¹g Δ·HΔ) for any Δ, here the last direction.
+    fn least_residual(&self, scale: f64) -> f64 {
+        let along = sum_of(self.gradient.as_slice(), self.direction.as_slice(), |g, d| g * d);
+        (along.abs() / (self.near_work * scale).sqrt()).max(0.0) // NaN is 0
+    }
+
     /// Δ of an approach, and its residual; none without a descent direction.
     fn approaching(&mut self, scale: f64) -> Option<f64> {
-        self.direction.iter_mut().zip(self.gradient.iter()).for_each(|(d, g)| *d = -g);
-        self.near.solve(self.direction.as_mut_slice());
-        let slope = sum_of(self.gradient.as_slice(), self.direction.as_slice(), |g, d| g * d);
+        // nalgebra's own iterators take ten times as long
+        let (gradient, direction) = (self.gradient.as_slice(), self.direction.as_mut_slice());
+        direction.iter_mut().zip(gradient).for_each(|(d, g)| *d = -g);
+        self.near.solve(direction);
+        let slope = sum_of(gradient, direction, |g, d| g * d);
+        self.near_work = -slope;
         (slope <= ROUNDING * ROUNDING * scale).then(|| (-slope.min(0.0) / scale).sqrt())
     }
 }

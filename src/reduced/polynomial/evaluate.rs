@@ -46,7 +46,7 @@ struct Narrow {
     wide: Aligned<f64>,
     stress: Aligned<f32>,
     curvature: Aligned<f32>,
-    /// Qq of the forms that are side by side, and of all by rows of a form.
+    /// Qq of the forms that are side by side, and by rows of a form: of the last ones, and of all once there is a Hessian.
     turned: Aligned<f32>,
     by_form: Aligned<f32>,
     /// Σ σA and Σ σQq.
@@ -277,10 +277,9 @@ impl WithSimd for PlaceNear<'_> {
         q.iter_mut().zip(&*placed).for_each(|(q, wide)| *q = *wide as f32);
         let sides = beside.next_multiple_of(SIDE);
         let (lanes, turned) = (&energy.lanes[..sides * (padded * (padded + 1) / 2)], &mut turned[..sides * padded]);
-        let (first, last) = by_form.split_at_mut(sides * own.stride);
+        let last = &mut by_form[beside * own.stride..];
         kernel::turn::<S, Single>(simd, &q[own.first..], lanes, turned);
         near::strains(simd, (&wide[..padded], &q[own.first..]), &energy.linear, turned, s);
-        near::by_forms(simd, turned, (padded, own.stride, own.first), first);
         let forms = (&own.straight[beside * own.stride..], &own.squares[..]);
         near::last_strains(simd, (placed, q), forms, own.first, (last, &mut s[beside..count]));
         resist_all(energy, s, (wide_stress, curvature), strained);
@@ -295,7 +294,8 @@ impl WithSimd for PlaceNear<'_> {
             *bent = straight + 0.5 * f64::from(*second);
         }
         near::sum_rows::<S, Double>(simd, &own.straight, &wide_stress[..count], at, &mut narrow.straight);
-        near::sum_rows::<S, Single>(simd, by_form, &stress[..count], at, &mut narrow.curved);
+        near::sum_rows::<S, Single>(simd, last, &stress[beside..count], at, &mut narrow.curved);
+        near::add_forms(simd, turned, &stress[..beside.next_multiple_of(SIDE)], &mut narrow.curved[own.first..]);
         let forces = narrow.straight[own.first..].iter().zip(&narrow.curved[own.first..]);
         for ((out, bent), (straight, curved)) in gradient.iter_mut().zip(&*bent).zip(forces) {
             *out = bent + (straight + f64::from(*curved));
@@ -317,7 +317,7 @@ impl WithSimd for NearHessian<'_> {
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { energy, room, out: Rows { stride, first, rows: out } } = self;
         let Room { curvature: wide, strained, narrow, .. } = room;
-        let Narrow { stress, curvature, by_form, bending, blocks, scaled, joined, .. } = narrow;
+        let Narrow { stress, curvature, turned, by_form, bending, blocks, scaled, joined, .. } = narrow;
         let (n, count, own) = (energy.n, energy.count, &energy.narrow);
         blocks.copy_from_slice(bending);
         kernel::add::<S, Single>(simd, blocks, &own.bending);
@@ -325,6 +325,8 @@ impl WithSimd for NearHessian<'_> {
         kernel::unpack(blocks, n, (stride, first), out);
         if !*joined {
             curvature.iter_mut().zip(&*wide).for_each(|(curvature, wide)| *curvature = *wide as f32);
+            let (padded, sides) = (energy.padded, near::beside(count).next_multiple_of(SIDE));
+            near::by_forms(simd, &turned[..sides * padded], (padded, stride, first), by_form);
             near::join(simd, &own.linear, &curvature[..count], stride, (by_form, scaled));
             if let Some(engineering) = &energy.engineering {
                 let x = by_rows(&engineering.curvature(strained), |x| x as f32);

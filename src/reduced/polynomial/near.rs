@@ -144,6 +144,35 @@ pub fn last_strains<S: Simd>(
     }
 }
 
+/// out += Σ c_k r_k, of what lies by fields, of forms side by side, on a multiple of [`ROWS`] fields.
+#[inline(always)]
+pub fn add_forms<S: Simd>(simd: S, fields: &[f32], factors: &[f32], out: &mut [f32]) {
+    let (lanes, n) = (<Single as Sums<S>>::LANES, out.len());
+    let (fields, factors, side) = (S::as_simd_f32s(fields).0, S::as_simd_f32s(factors).0, SIDE / lanes);
+    for (c, out) in out.as_chunks_mut::<ROWS>().0.iter_mut().enumerate() {
+        let mut sums = [simd.splat_f32s(0.0); ROWS];
+        for (fields, factors) in fields.chunks_exact(side * n).zip(factors.chunks_exact(side)) {
+            for (part, factor) in factors.iter().enumerate() {
+                for r in 0..ROWS {
+                    sums[r] = simd.mul_add_e_f32s(fields[(c * ROWS + r) * side + part], *factor, sums[r]);
+                }
+            }
+        }
+        if lanes < ROWS {
+            for r in 0..ROWS {
+                out[r] += simd.reduce_sum_f32s(sums[r]);
+            }
+            continue;
+        }
+        // Columns for rows in each quarter, which is then what all forms of a number in it have.
+        let [a, b, c, d] = simd.interleave_shfl_f32s(sums);
+        let sum = [simd.add_f32s(simd.add_f32s(a, b), simd.add_f32s(c, d))];
+        for quarter in bytemuck::cast_slice::<S::f32s, [f32; ROWS]>(&sum) {
+            (0..ROWS).for_each(|r| out[r] += quarter[r]);
+        }
+    }
+}
+
 /// What lies by fields, of forms side by side, by rows of a form, as [`kernel::by_forms`] gives it.
 #[inline(always)]
 pub fn by_forms<S: Simd>(simd: S, fields: &[f32], (m, stride, first): (usize, usize, usize), rows: &mut [f32]) {
