@@ -217,28 +217,7 @@ impl Reduced {
             if turned && pass > 0 {
                 self.set_rows(at, Shares::of_step(share));
             }
-            let [places, rates] = &self.from;
-            let (_, spin) = load.parts();
-            self.load.copy_from_slice(&self.force);
-            if let Some((gradient, coriolis)) = spin {
-                (0..places.len()).for_each(|k| self.rates[k] = alpha * (self.next[k] - places[k]));
-                reduced.add_spin(gradient, coriolis, (&self.next, &self.rates), &mut self.load);
-            }
-            for ((load, place), rate) in self.load.iter_mut().zip(places).zip(rates) {
-                *load += shift * place + alpha * rate;
-            }
-            match damped {
-                Damped::Not => {}
-                Damped::Modes => {
-                    let both = self.resistance.iter().zip(places);
-                    self.load.iter_mut().zip(both).for_each(|(load, (c, q))| *load += c * q);
-                }
-                Damped::All => {
-                    let along = |column: &[f64]| column.iter().zip(places).map(|(c, q)| c * q).sum::<f64>();
-                    let columns = self.viscosity.as_slice().chunks_exact(places.len().max(1));
-                    self.load.iter_mut().zip(columns).for_each(|(load, column)| *load += along(column));
-                }
-            }
+            self.set_load(reduced, load, stage);
             let constraints = (!self.rows.is_empty()).then_some(&self.rows);
             let matrix = (damped == Damped::All).then_some(&self.viscosity);
             let diagonal = (damped == Damped::Modes).then_some(&self.resistance[..]);
@@ -278,6 +257,34 @@ impl Reduced {
         let moved = self.next.iter().zip(&self.from[0]);
         self.rates.iter_mut().zip(moved).for_each(|(rate, (next, from))| *rate = alpha * (next - from));
         Ok(converged)
+    }
+
+    /// b of a stage's potential: forces, inertia and damping of where it starts, and a turning frame's forces where the next q is.
+    fn set_load(&mut self, reduced: &ReducedShell, load: &BodyLoad, stage: Stage) {
+        let Stage { tau, damped, .. } = stage;
+        let (alpha, [places, rates]) = (tau.recip(), &self.from);
+        let shift = alpha * (alpha + self.damping.mass);
+        let (_, spin) = load.parts();
+        self.load.copy_from_slice(&self.force);
+        if let Some((gradient, coriolis)) = spin {
+            (0..places.len()).for_each(|k| self.rates[k] = alpha * (self.next[k] - places[k]));
+            reduced.add_spin(gradient, coriolis, (&self.next, &self.rates), &mut self.load);
+        }
+        for ((load, place), rate) in self.load.iter_mut().zip(places).zip(rates) {
+            *load += shift * place + alpha * rate;
+        }
+        match damped {
+            Damped::Not => {}
+            Damped::Modes => {
+                let both = self.resistance.iter().zip(places);
+                self.load.iter_mut().zip(both).for_each(|(load, (c, q))| *load += c * q);
+            }
+            Damped::All => {
+                let along = |column: &[f64]| column.iter().zip(places).map(|(c, q)| c * q).sum::<f64>();
+                let columns = self.viscosity.as_slice().chunks_exact(places.len().max(1));
+                self.load.iter_mut().zip(columns).for_each(|(load, column)| *load += along(column));
+            }
+        }
     }
 
     /// The guess of a stage on a smooth energy needs no comparison with its start: both are near each other beside the shapes of the training.
