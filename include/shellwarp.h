@@ -882,6 +882,17 @@ typedef struct SwModelInfo {
   double weight_moves;
   // How far it turns one, rad; 0 with SW_PRECOMPUTE_LINEAR, too.
   double weight_turns;
+  // What SW_METHOD_AUTO misses of the equilibria that its fields were trained on, relative, by
+  // mass: half of them by less. 0 where it is not chosen by them: by auto_error or auto_operations,
+  // without fields, without a training.
+  double training_error_median;
+  // Nine tenths of them by less.
+  double training_error_most;
+  // 1 where training_error_median is above 0.05: the fields do not hold the shell, and
+  // sw_state_correct takes steps by SW_STEPS_AUTO. SW_METHOD_SHELL_IMPLICIT is for its motion.
+  uint32_t auto_corrects;
+  // 0.
+  uint32_t reserved;
 } SwModelInfo;
 
 // Counts, sizes, certificate and timings. `info` must be initialised by sw_model_info_init.
@@ -1567,8 +1578,8 @@ typedef struct SwBoundPointsDesc {
   void *velocities;
   // Bytes from velocity to velocity; 0 = packed.
   uint64_t velocity_stride;
-  // Newton steps of the full nonlinear shell, 0 to 100: points follow sw_state_positions_corrected.
-  // Not with SW_BOUND_OUTSIDE.
+  // Newton steps of the full nonlinear shell, 0 to 100, or SW_STEPS_AUTO: points follow
+  // sw_state_positions_corrected. Not with SW_BOUND_OUTSIDE, beside which SW_STEPS_AUTO is 0.
   uint32_t correction_steps;
   // Must be 0.
   uint32_t reserved;
@@ -2396,6 +2407,10 @@ SwStatus sw_state_plan_text(const struct SwState *state,
 
 /* What a state gets wrong, and another method for it ------------------------------------------- */
 
+// For sw_state_correct: as many steps as it takes at rest, where fields do not hold the shell. For
+// what shows corrected positions: those that sw_state_correct kept since the last step.
+#define SW_STEPS_AUTO 4294967295
+
 // How far a state is from the full nonlinear shell, by an estimate. The caller sets struct_size
 // with sw_certificate_init.
 typedef struct SwCertificate {
@@ -2427,6 +2442,11 @@ typedef struct SwCertificate {
   uint32_t reserved;
   // Bytes of the full shell's matrix, factor and fields, which the model keeps for the next call.
   uint64_t bytes;
+  // As error, of the positions that sw_state_correct kept since the last step: a second estimate,
+  // from there. error where nothing is kept, and from sw_state_fall_back.
+  double corrected_error;
+  // As max_error, of these.
+  double corrected_max_error;
 } SwCertificate;
 
 // Hears of sw_state_certify_watched after each iteration, on the thread that called it, what it
@@ -2474,8 +2494,13 @@ SwStatus sw_state_certify_watched(const struct SwState *state,
 // is enough also where the shell buckles, once it has caught up. A copy of the state has its own,
 // and sw_state_save saves it: 8 bytes for each of 3 numbers a vertex and one an element of the
 // energy. sw_state_reset, sw_state_set_method and whatever puts the shell elsewhere forget it.
-// steps is 0 to 100; 0 forgets it. A nonlinear shell needs none. Each takes a factorization of the
-// full shell's stiffness, and the first call its analysis, which the model keeps. Allocates.
+// steps is 0 to 100; 0 forgets it. A nonlinear shell needs none. SW_STEPS_AUTO takes up to 60,
+// until they have arrived, where the state has no velocities, as after sw_state_equilibrium, and
+// auto_corrects of SwModelInfo is 1. They are for a state that moves by fields, without
+// SW_STATE_DETERMINISTIC, whose rest shape does not move. Of any other, and where they cannot be
+// taken, it keeps nothing and succeeds. In motion it takes none: near a fold the inertia of a
+// method that is far off leads such steps astray. Each takes a factorization of the full shell's
+// stiffness, and the first call its analysis, which the model keeps. Allocates.
 // Errors: as sw_state_certify; what was kept before stays.
 SwStatus sw_state_correct(struct SwState *state,
                           uint32_t steps);
@@ -2487,9 +2512,9 @@ SwStatus sw_state_correct(struct SwState *state,
 // few percent off, one step leaves about a fifth of the error and two less than a hundredth; from
 // one that is far off, as where the shell buckles, they help less. sw_state_certify tells the error
 // of the method's own pose. steps is 0 to 100; 0 gives sw_state_positions, as does a nonlinear
-// shell. Each takes a factorization of the full shell's stiffness, and the first call its analysis,
-// which the model keeps. Vertices that hard constraints hold stay. Allocates. Callable
-// concurrently.
+// shell. SW_STEPS_AUTO shows what is kept, and takes no step: sw_state_positions where nothing is.
+// Each takes a factorization of the full shell's stiffness, and the first call its analysis, which
+// the model keeps. Vertices that hard constraints hold stay. Allocates. Callable concurrently.
 // Errors: as sw_state_positions, and as sw_state_certify.
 SwStatus sw_state_positions_corrected(const struct SwState *state,
                                       uint32_t steps,

@@ -1,6 +1,6 @@
 //! Points that follow a shell.
 
-use super::certify::MOST_STEPS;
+use super::certify::{MOST_STEPS, SW_STEPS_AUTO};
 use super::guard::{guard, read};
 use super::model::SwModel;
 use super::output::space_of;
@@ -102,7 +102,8 @@ pub struct SwBoundPointsDesc {
     pub velocities: *mut c_void,
     /// Bytes from velocity to velocity; 0 = packed.
     pub velocity_stride: u64,
-    /// Newton steps of the full nonlinear shell, 0 to 100: points follow sw_state_positions_corrected. Not with SW_BOUND_OUTSIDE.
+    /// Newton steps of the full nonlinear shell, 0 to 100, or SW_STEPS_AUTO: points follow sw_state_positions_corrected. Not with SW_BOUND_OUTSIDE,
+    /// beside which SW_STEPS_AUTO is 0.
     pub correction_steps: u32,
     /// Must be 0.
     pub reserved: u32,
@@ -387,17 +388,19 @@ pub unsafe extern "C" fn sw_state_bound_points(
 
 fn shown(desc: &SwBoundPointsDesc) -> Result<Shown, Fault> {
     let outside = desc.flags & SW_BOUND_OUTSIDE != 0;
-    if desc.correction_steps > MOST_STEPS {
-        let steps = desc.correction_steps;
-        return Err(Fault::argument(format!("desc->correction_steps is {steps}: it must be at most {MOST_STEPS}")));
+    let kept = desc.correction_steps == SW_STEPS_AUTO;
+    let corrections = if kept { 0 } else { desc.correction_steps };
+    if corrections > MOST_STEPS {
+        let message = format!("it must be at most {MOST_STEPS}, or SW_STEPS_AUTO");
+        return Err(Fault::argument(format!("desc->correction_steps is {corrections}: {message}")));
     }
-    if outside && desc.correction_steps > 0 {
+    if outside && corrections > 0 {
         return Err(Fault::argument("desc: points are pushed out or corrected, not both"));
     }
     if desc.reserved != 0 {
         return Err(Fault::argument(format!("desc->reserved is {}: it must be 0", desc.reserved)));
     }
-    Ok(Shown { corrections: desc.correction_steps as usize, outside })
+    Ok(Shown { corrections: corrections as usize, kept: kept && !outside, outside })
 }
 
 /// Fails where a point that went out is beyond the numbers of the format.

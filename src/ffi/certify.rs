@@ -3,7 +3,7 @@
 use super::floats::as_the_host;
 use super::method::method_of;
 use super::model::vertex_rows;
-use super::output::{space_of, write_places};
+use super::output::{space_of, write_own, write_places};
 use super::precompute::answered;
 use super::state::{SwState, reading, switching, writing};
 use super::status::{Fault, SwStatus};
@@ -13,6 +13,10 @@ use std::ffi::c_void;
 
 /// Of a correction: more would take as long as the full shell's own search.
 pub(super) const MOST_STEPS: u32 = 100;
+
+/// For sw_state_correct: as many steps as it takes at rest, where fields do not hold the shell. For what shows corrected positions: those that
+/// sw_state_correct kept since the last step.
+pub const SW_STEPS_AUTO: u32 = 0xffff_ffff;
 
 /// How far a state is from the full nonlinear shell, by an estimate. The caller sets struct_size with sw_certificate_init.
 #[repr(C)]
@@ -43,6 +47,11 @@ pub struct SwCertificate {
     pub reserved: u32,
     /// Bytes of the full shell's matrix, factor and fields, which the model keeps for the next call.
     pub bytes: u64,
+    /// As error, of the positions that sw_state_correct kept since the last step: a second estimate, from there. error where nothing is kept, and
+    /// from sw_state_fall_back.
+    pub corrected_error: f64,
+    /// As max_error, of these.
+    pub corrected_max_error: f64,
 }
 
 /// Hears of sw_state_certify_watched after each iteration, on the thread that called it, what it leaves of the force, relative: it ends at 1e-6
@@ -109,6 +118,7 @@ fn certificate_of(found: &Certificate, method: Method) -> SwCertificate {
     (out.error, out.max_error, out.vertex) = (found.error, found.max_error, found.vertex as u32);
     (out.method, out.residual, out.remaining) = (method.number(), found.residual, found.remaining);
     (out.factorizations, out.bytes) = (found.factorizations as u32, found.bytes as u64);
+    [out.corrected_error, out.corrected_max_error] = found.corrected;
     out
 }
 
@@ -118,13 +128,18 @@ fn certificate_of(found: &Certificate, method: Method) -> SwCertificate {
 /// moved along with the method's pose, or from that pose where this leaves far less of the force. So one step a frame is enough also where the shell buckles, once it has
 /// caught up. A copy of the state has its own, and sw_state_save saves it: 8 bytes for each of 3 numbers a vertex and one an element of the energy.
 /// sw_state_reset, sw_state_set_method and whatever puts the shell elsewhere forget it. steps is 0 to 100; 0 forgets it. A nonlinear shell
-/// needs none. Each takes a factorization of the full shell's stiffness, and the first call its analysis, which the model keeps. Allocates.
+/// needs none. SW_STEPS_AUTO takes up to 60, until they have arrived, where the state has no velocities, as after sw_state_equilibrium, and auto_corrects of
+/// SwModelInfo is 1. They are for a state that moves by fields, without SW_STATE_DETERMINISTIC, whose rest shape does not move. Of any other, and where they cannot be taken, it keeps
+/// nothing and succeeds. In motion it takes none: near a fold the inertia of a method that is far off leads such steps astray. Each takes a factorization of the full shell's stiffness, and the first call its analysis, which the model keeps. Allocates.
 /// Errors: as sw_state_certify; what was kept before stays.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sw_state_correct(state: *mut SwState, steps: u32) -> SwStatus {
     // SAFETY: `writing` refuses NULL; the host passes a live state that no other thread uses.
     unsafe {
         writing(state, |state| {
+            if steps == SW_STEPS_AUTO {
+                return Ok(state.correct_as_needed()?);
+            }
             check_steps(steps)?;
             Ok(state.correct(steps as usize)?)
         })
@@ -133,7 +148,7 @@ pub unsafe extern "C" fn sw_state_correct(state: *mut SwState, steps: u32) -> Sw
 
 fn check_steps(steps: u32) -> Result<(), Fault> {
     if steps > MOST_STEPS {
-        return Err(Fault::argument(format!("steps is {steps}: it must be at most {MOST_STEPS}")));
+        return Err(Fault::argument(format!("steps is {steps}: it must be at most {MOST_STEPS}, or SW_STEPS_AUTO")));
     }
     Ok(())
 }
@@ -142,7 +157,8 @@ fn check_steps(steps: u32) -> Result<(), Fault> {
 /// the state's pose, or from what an earlier frame kept. Loads are those that are set now, and the inertia is the method's. For output alone: the motion does not know, and no step costs more.
 /// From a reduced shell that is a few percent off, one step leaves about a fifth of the error and two less than
 /// a hundredth; from one that is far off, as where the shell buckles, they help less. sw_state_certify tells the error of the method's own pose.
-/// steps is 0 to 100; 0 gives sw_state_positions, as does a nonlinear shell. Each takes a factorization of the full shell's stiffness, and
+/// steps is 0 to 100; 0 gives sw_state_positions, as does a nonlinear shell. SW_STEPS_AUTO shows what is kept, and takes no step: sw_state_positions where
+/// nothing is. Each takes a factorization of the full shell's stiffness, and
 /// the first call its analysis, which the model keeps. Vertices that hard constraints hold stay. Allocates. Callable concurrently.
 /// Errors: as sw_state_positions, and as sw_state_certify.
 #[unsafe(no_mangle)]
@@ -160,9 +176,21 @@ pub unsafe extern "C" fn sw_state_positions_corrected(
         reading(state, |state| {
             let rows = vertex_rows(state.model(), out, format, 3, stride, n_vertices)?;
             let space = space_of(space)?;
-            check_steps(steps)?;
             state.check_range(space, rows.largest_coordinate())?;
-            write_places(&rows, &state.positions_corrected(space, steps as usize)?, "corrected")
+            let automatic = steps == SW_STEPS_AUTO;
+            if !automatic {
+                check_steps(steps)?;
+            }
+            if steps == 0 || (automatic && !state.is_corrected()) {
+                write_own(&rows, state, space);
+                return Ok(());
+            }
+            let x = if automatic {
+                state.positions_kept(space)?
+            } else {
+                state.positions_corrected(space, steps as usize)?
+            };
+            write_places(&rows, &x, "corrected")
         })
     }
 }

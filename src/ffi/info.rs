@@ -107,6 +107,16 @@ pub struct SwModelInfo {
     pub weight_moves: f64,
     /// How far it turns one, rad; 0 with SW_PRECOMPUTE_LINEAR, too.
     pub weight_turns: f64,
+    /// What SW_METHOD_AUTO misses of the equilibria that its fields were trained on, relative, by mass: half of them by less. 0 where it is not chosen
+    /// by them: by auto_error or auto_operations, without fields, without a training.
+    pub training_error_median: f64,
+    /// Nine tenths of them by less.
+    pub training_error_most: f64,
+    /// 1 where training_error_median is above 0.05: the fields do not hold the shell, and sw_state_correct takes steps by SW_STEPS_AUTO. SW_METHOD_SHELL_IMPLICIT
+    /// is for its motion.
+    pub auto_corrects: u32,
+    /// 0.
+    pub reserved: u32,
 }
 
 described!(SwModelInfo, auto_error);
@@ -163,6 +173,10 @@ fn fill_precomputed(info: &mut SwModelInfo, model: &Arc<Model>) {
     info.truncation_bound = model.truncation;
     info.auto_method = model.chosen_method().number();
     info.auto_error = model.front.as_ref().map_or(0.0, |front| front.choice().error.min(f64::MAX));
+    if let Some(errors) = model.training_errors() {
+        (info.training_error_median, info.training_error_most) = (errors.median, errors.most);
+    }
+    info.auto_corrects = u32::from(model.needs_correction());
     if let Some(reduced) = &model.reduced {
         info.reduced_fields = reduced.n_trained() as u32;
         info.reduced_elements = reduced.samples.len() as u32;

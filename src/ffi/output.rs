@@ -6,7 +6,7 @@ use super::state::{SwState, reading};
 use super::status::{Fault, SW_ERROR_NUMERICAL, SwStatus};
 use super::structs::{Described, Output, described};
 use crate::Vec3;
-use crate::state::Space;
+use crate::state::{Space, State};
 use std::ffi::c_void;
 
 /// World axes and origin.
@@ -83,6 +83,22 @@ pub(super) unsafe fn write_places(rows: &VectorRows, x: &[Vec3], moved: &str) ->
     Ok(())
 }
 
+/// Writes where the state's own motion has the vertices.
+///
+/// # Safety
+///
+/// The rows are those of a live array of the host's, and as many as vertices.
+pub(super) unsafe fn write_own(rows: &VectorRows, state: &State, space: Space) {
+    // SAFETY: as the caller promises.
+    unsafe {
+        if rows.double() {
+            state.position_rows(space, |first, x| rows.write_all(first, x));
+        } else {
+            state.position_rows_f32(space, |first, x| rows.write_all(first, x));
+        }
+    }
+}
+
 /// Deformed positions (n_vertices x 3) in SW_SPACE_..., as SW_FORMAT_..., `stride` bytes from vertex to vertex (0 = packed).
 /// Order and number of vertices are those of the mesh. Callable concurrently.
 /// At rest in an unmoved frame they are the mesh's own to the last bit, with sag_gravity those of the hanging shape. SW_FORMAT_F64 adds the displacement to the mesh's
@@ -105,11 +121,7 @@ pub unsafe extern "C" fn sw_state_positions(
             let rows = vertex_rows(state.model(), out, format, 3, stride, n_vertices)?;
             let space = space_of(space)?;
             state.check_range(space, rows.largest_coordinate())?;
-            if rows.double() {
-                state.position_rows(space, |first, x| rows.write_all(first, x));
-            } else {
-                state.position_rows_f32(space, |first, x| rows.write_all(first, x));
-            }
+            write_own(&rows, state, space);
             Ok(())
         })
     }

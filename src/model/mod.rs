@@ -13,6 +13,7 @@ use crate::modes::{
     lowest_modes,
 };
 pub use crate::precision::Precision;
+use crate::reduced::polynomial::Errors;
 use crate::reduced::{self, ReducedShell};
 use crate::reference::{self, SolverPool};
 use crate::strain::RotationStrain;
@@ -20,6 +21,9 @@ use crate::{Error, ErrorKind, Result, Shell, Vec3};
 use front::Front;
 use std::sync::{Arc, OnceLock};
 use xxhash_rust::xxh3::xxh3_64;
+
+/// A relative error of displacements that few see.
+const NEAR: f64 = 0.05;
 
 /// What to precompute.
 #[derive(Clone, Debug)]
@@ -174,6 +178,21 @@ impl Model {
             None if self.modal.is_linear() => Method::LinearModalAnalysis,
             None => Method::Warp,
         }
+    }
+
+    /// Of the equilibria that its reduced shell was trained on, what the form that the gate chose misses when it is solved for them; none of a
+    /// choice by budget, or without a training.
+    pub fn training_errors(&self) -> Option<Errors> {
+        let gate = &self.reduced.as_ref()?.polynomial.as_ref()?.gate;
+        let by_gate = self.front.is_none() && gate.tried > 0;
+        let errors = if self.chosen_method() == Method::PolynomialShell { gate.polynomial } else { gate.sampled };
+        by_gate.then_some(errors)
+    }
+
+    /// Whether the fields do not hold the shell: what the gate chose comes as near as [`NEAR`] to less than half of its training's equilibria.
+    pub fn needs_correction(&self) -> bool {
+        let misses = self.training_errors().is_some_and(|errors| errors.median > NEAR);
+        misses && Feature::NonlinearShell.require().is_ok()
     }
 
     /// Fails unless states of the method can be made on this model, in this build.

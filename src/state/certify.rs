@@ -61,6 +61,8 @@ pub struct Certificate {
     pub max_error: f64,
     /// The vertex that has it.
     pub vertex: usize,
+    /// The same two of the positions that [`State::correct`] led to, by Newton steps from there. Where it did not since the last step, the errors above.
+    pub corrected: [f64; 2],
     /// ‖r‖ over the vertices that move, along what constraints leave free, relative to F − M a with the constraints' forces.
     pub residual: f64,
     /// The same where the steps ended.
@@ -95,24 +97,30 @@ impl State {
         if self.motion.is_full_shell() {
             return Ok(Certificate::default());
         }
-        self.estimate(watch).map(|(certificate, _)| certificate)
+        let (own, _) = self.estimate(None, watch)?;
+        let Some(way) = self.correction.as_ref().and_then(|kept| kept.way()) else { return Ok(own) };
+        let (kept, _) = self.estimate(Some(way), watch)?;
+        let factorizations = own.factorizations + kept.factorizations;
+        Ok(Certificate { corrected: kept.corrected, factorizations, ..own })
     }
 
-    /// As [`State::certify`], of a method that is not a nonlinear shell's.
-    fn estimate(&self, watch: &mut dyn FnMut(f64) -> Result<()>) -> Estimate {
+    /// As [`State::certify`], of a method that is not a nonlinear shell's, or of the positions by `way` (n_vertices, frame axes) from its own.
+    fn estimate(&self, way: Option<&[Vec3]>, watch: &mut dyn FnMut(f64) -> Result<()>) -> Estimate {
         let shell = &self.model.shell;
         let mut judges = self.contacts.clone();
         let judging = self.judging_points(&mut judges, None);
         self.with_full_shell(judging.as_ref(), |solver, u, load| {
             let (mut found, mut joined) = (None, judging.clone());
             let (mut end, mut factorizations) = (vec![], 0);
+            let start: Vec<Vec3> = (0..u.len()).map(|v| u[v] + way.map_or(Vec3::zeros(), |way| way[v])).collect();
             for _ in 0..TOUCHES {
                 solver.join(joined.take());
-                let corrected = solver.correct(u, load, SOLVES, watch);
+                let corrected = solver.correct(&start, load, SOLVES, watch);
                 solver.join(None); // others use it next
                 let corrected = corrected?;
                 factorizations += corrected.factorizations;
-                end = shell.mesh.positions.iter().zip(u).zip(&corrected.way).map(|((x, u), d)| x + u + d).collect();
+                end =
+                    shell.mesh.positions.iter().zip(&start).zip(&corrected.way).map(|((x, u), d)| x + u + d).collect();
                 found = Some(corrected);
                 joined = self.judging_points(&mut judges, Some(&end));
                 if joined.is_none() {
@@ -189,8 +197,9 @@ impl State {
         let (shell, rest) = (&self.model.shell, self.stress_free_positions());
         let longest = |a: &usize, b: &usize| way[*a].norm_squared().total_cmp(&way[*b].norm_squared());
         let vertex = (0..way.len()).max_by(longest).unwrap_or(0);
-        let error = ratio(norm(shell, |v| way[v]), norm(shell, |v| end[v] - rest[v]));
-        Certificate { error, max_error: way[vertex].norm(), vertex, ..Certificate::default() }
+        let errors = [ratio(norm(shell, |v| way[v]), norm(shell, |v| end[v] - rest[v])), way[vertex].norm()];
+        let [error, max_error] = errors;
+        Certificate { error, max_error, vertex, corrected: errors, ..Certificate::default() }
     }
 
     /// Goes on by the paper's warp where that is nearer to the full shell, as far as estimates and what handles miss tell; returns the
@@ -225,7 +234,7 @@ impl State {
             Ok(warp) => warp,
             Err(_) => return self.certify(),
         };
-        let (own, other) = (self.estimate(&mut |_| Ok(())), warp.estimate(&mut |_| Ok(())));
+        let (own, other) = (self.estimate(None, &mut |_| Ok(())), warp.estimate(None, &mut |_| Ok(())));
         let led = self.constraints().any(|(c, _)| c.compliance == 0.0);
         let by_its_way = |own: &Certificate| led && (own.error <= LOST || warp.missed() > LOST);
         let known = match &own {
@@ -279,8 +288,8 @@ impl State {
         let way: Vec<Vec3> = end.iter().zip(self.in_frame()).map(|(end, x)| end - x).collect();
         let untold = Certificate { residual: 1.0, remaining: 1.0, ..Certificate::default() };
         let known = estimate.as_ref().map_or(untold, |(certificate, _)| *certificate);
-        let Certificate { error, max_error, vertex, .. } = self.errors_of(&way, end);
-        Certificate { error, max_error, vertex, ..known }
+        let Certificate { error, max_error, vertex, corrected, .. } = self.errors_of(&way, end);
+        Certificate { error, max_error, vertex, corrected, ..known }
     }
 
     /// Positions (n_vertices, frame axes).
@@ -305,7 +314,7 @@ impl State {
     }
 
     /// No velocity: at an equilibrium, or at a pose that was set.
-    fn is_standing(&self) -> bool {
+    pub(super) fn is_standing(&self) -> bool {
         let mut standing = true;
         self.motion.visit_motion(&mut |_, _, rate| standing &= rate == Vec3::zeros());
         standing

@@ -190,3 +190,58 @@ fn a_hard_handle_stays_and_the_frame_carries_all() {
     let apart = a.iter().zip(&b).map(|(a, b)| (a - pose.origin - rotation * b).norm()).fold(0.0, f64::max);
     assert!(apart < 1e-6 * size, "{apart:e}"); // both rest to a tolerance
 }
+
+fn offs(state: &State, exact: &[Vec3]) -> [f64; 2] {
+    let shell = &state.model().shell;
+    [state.positions_corrected(Space::Frame, 0).unwrap(), state.positions_kept(Space::Frame).unwrap()].map(|x| {
+        let u: Vec<Vec3> = x.iter().zip(&shell.mesh.positions).map(|(x, rest)| x - rest).collect();
+        mass_error(shell, &u, exact)
+    })
+}
+
+#[test]
+fn as_many_steps_as_needed_bring_an_equilibrium_to_the_full_shell_where_fields_do_not_hold_it() {
+    let [poor, good] = [1, 24].map(|fields| model(leaf(1), fields, 20));
+    assert!(poor.needs_correction() && !good.needs_correction(), "{:?}", [&poor, &good].map(|m| m.training_errors()));
+    let forces = gravity(&poor.shell, [0.4, 0.5, -0.77], 0.1);
+    for model in [&poor, &good] {
+        let (mut state, exact) = resting(model, &forces);
+        state.correct_as_needed().unwrap();
+        let ([own, kept], certificate) = (offs(&state, &exact), state.certify().unwrap());
+        println!("{own} without steps, {kept} as needed, {certificate:?}");
+        assert_eq!(state.is_corrected(), model.needs_correction());
+        let [told, _] = certificate.corrected;
+        if state.is_corrected() {
+            // Steps end where the last moves the shell by less than 1e-4 of its size: what Newton's steps then leave is the square of that.
+            // Both are against equilibria to 1e-6 of the force.
+            assert!(own > 0.05 && kept < 1e-4 * own && told < 1e-4 * own);
+        } else {
+            assert!(kept == own && told == certificate.error);
+        }
+        // One that moves keeps nothing.
+        state.step(1.0 / 30.0).unwrap();
+        state.set_gravity(Vec3::new(0.0, 0.0, 1.0)).unwrap();
+        state.step(1.0 / 30.0).unwrap();
+        state.correct(1).unwrap();
+        state.correct_as_needed().unwrap();
+        assert!(!state.is_corrected() && state.save()[5] == 0);
+    }
+    let mut warp = State::new(poor.clone(), Method::Warp, Integrator::Exact).unwrap();
+    warp.correct_as_needed().unwrap();
+    assert!(!warp.is_corrected());
+}
+
+#[test]
+fn a_certificate_tells_the_error_of_what_is_kept() {
+    let model = model(leaf(1), 1, 20);
+    let (mut state, exact) = resting(&model, &gravity(&model.shell, [0.4, 0.5, -0.77], 0.1));
+    for steps in [1, 2] {
+        state.correct(steps).unwrap();
+        let ([own, kept], certificate) = (offs(&state, &exact), state.certify().unwrap());
+        println!("{steps} steps: {kept} of {own}, {certificate:?}");
+        // Both estimates find the equilibrium, to its tolerance.
+        assert!((certificate.error - own).abs() < 1e-4 * own);
+        assert!((certificate.corrected[0] - kept).abs() < 1e-4 * own);
+        assert!(certificate.corrected[1] < certificate.max_error);
+    }
+}

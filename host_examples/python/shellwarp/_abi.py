@@ -132,6 +132,7 @@ SW_PART_NONLINEAR_SHELL = 10
 SW_PART_REDUCED_SHELL = 11
 SW_PART_CONTACT = 12
 SW_PLAN_REASON_SIZE = 120
+SW_STEPS_AUTO = 4294967295
 
 
 class SwModel(Structure):
@@ -332,6 +333,10 @@ class SwModelInfo(Structure):
         ("earth_gravity", c_double),
         ("weight_moves", c_double),
         ("weight_turns", c_double),
+        ("training_error_median", c_double),
+        ("training_error_most", c_double),
+        ("auto_corrects", c_uint32),
+        ("reserved", c_uint32),
     ]
 
 
@@ -655,6 +660,8 @@ class SwCertificate(Structure):
         ("factorizations", c_uint32),
         ("reserved", c_uint32),
         ("bytes", c_uint64),
+        ("corrected_error", c_double),
+        ("corrected_max_error", c_double),
     ]
 
 
