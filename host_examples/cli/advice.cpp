@@ -322,7 +322,10 @@ double share_of_most(const Run &run, const ErrorEstimate &estimate) {
 std::string error_words(const Run &run, const ErrorEstimate &worst, double share) {
   const std::string of = " off the full nonlinear shell";
   const std::size_t n = run.estimates.size();
-  if (n < 2) return "certified: the last frame is " + about(run.certificate->error) + of;
+  const SwCertificate &last = *run.certificate;
+  if (run.equilibrium && last.corrected_error != last.error)
+    return "certified: the equilibrium is " + about(last.corrected_error) + of + " after Newton steps of it, " + about(last.error) + " before";
+  if (n < 2) return "certified: the last frame is " + about(last.error) + of;
   const std::string text = "certified: " + about(share) + " of the largest displacement" + of;
   if (&worst == &run.estimates.back()) return text + format(" in the last frame, the worst of %zu judged", n);
   return text + format(" at %.3g s, the worst of %zu frames judged; ", worst.seconds, n) + about(share_of_most(run, run.estimates.back())) + " in the last one";
@@ -413,6 +416,7 @@ std::vector<std::string> closing_words(const Summary &summary) {
 
 double method_error(const Run &run) {
   if (!run.certificate || host::is_full_shell(run.certificate->method)) return 0;
+  if (run.equilibrium) return run.certificate->corrected_error;  // of what is shown
   return run.estimates.empty() ? run.certificate->error : share_of_most(run, worst_estimate(run));
 }
 
@@ -422,7 +426,7 @@ std::string verdict(const Run &run, bool chosen, bool compared) {
   const SwCertificate &found = *run.certificate;
   const ErrorEstimate alone{0, found.error, 0};
   const ErrorEstimate &worst = run.estimates.empty() ? alone : worst_estimate(run);
-  const double share = run.estimates.empty() ? found.error : share_of_most(run, worst);
+  const double share = run.equilibrium ? found.corrected_error : run.estimates.empty() ? found.error : share_of_most(run, worst);
   std::string text = error_words(run, worst, share);
   const bool lost = found.remaining > kRoughAbove;
   if (lost) text += ", roughly, as no balance of the full shell is near it";

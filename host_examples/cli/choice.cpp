@@ -119,6 +119,17 @@ std::string settle_choice(const shellwarp::Model &model, const Mesh &mesh, uint3
   return "auto is the full shell, whose steps take long: " + why + ". --method warp is fast, and told how far off" + advice_of_proxy(scene, mesh, n_frames);
 }
 
+std::string settle_corrections(const shellwarp::Model &model, Scene &scene) {
+  if (scene.correction_steps != SW_STEPS_AUTO) return "";
+  const SwModelInfo info = model.info();
+  const uint32_t method = host::needs_choice(scene.method) ? info.auto_method : scene.method;
+  const bool by_fields = method == SW_METHOD_POLYNOMIAL_SHELL || method == SW_METHOD_REDUCED_SHELL || method == SW_METHOD_ADAPTIVE_SHELL;
+  if (scene.is_static && by_fields && info.auto_corrects && !scene.push_out && !scene.deterministic)
+    return format("Newton steps of the full shell bring the equilibrium nearer: fields miss %.0f %% or more in half of their training; --correction-steps 0 leaves them out", 100 * info.training_error_median);
+  scene.correction_steps = 0;
+  return "";
+}
+
 std::string settle_steps(const Mesh &mesh, uint32_t n_frames, uint32_t method, const Run &run, Scene &scene) {
   const std::optional<StepEstimate> &found = run.step_estimate;
   if (!scene.steps_open || run.interrupted || !found || !found->failed.empty() || found->error <= kCoarseMotion) return "";

@@ -32,6 +32,9 @@ std::string settle_early(const Mesh &mesh, uint32_t n_frames, bool on_page, Scen
 // shell in place of the warp, which gets all of it wrong, where its steps take a fraction of a second.
 std::string settle_choice(const shellwarp::Model &model, const Mesh &mesh, uint32_t n_frames, Scene &scene);
 
+// Where nobody said after how many Newton steps of the full shell a frame is shown: at equilibria as many as fields need, none in motion. Empty, or a sentence.
+std::string settle_corrections(const shellwarp::Model &model, Scene &scene);
+
 // After a run, where nobody said how long a step is: more steps a frame, where their length costs what can be seen and they are quick. The sentence, or empty.
 std::string settle_steps(const Mesh &mesh, uint32_t n_frames, uint32_t method, const Run &run, Scene &scene);
 

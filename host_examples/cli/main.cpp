@@ -138,6 +138,8 @@ void add_run_options(CLI::App &app, Scene &overrides, RunOptions &options) {
   app.add_flag_callback("--exact", [&overrides] { overrides.integrator = SW_INTEGRATOR_EXACT; }, "Exact propagator in place of implicit Euler");
   app.add_flag_callback("--second-order", [&overrides] { overrides.integrator = SW_INTEGRATOR_SECOND_ORDER; }, "Steps of second order of the full shell; --exact of modes");
   app.add_flag("--double", overrides.double_precision, "Run-time basis in double precision");
+  app.add_option("--correction-steps", options.correction_steps, "Newton steps of the full shell in each frame that is shown, 0 to 100; by default none, and with --static as many as fields need")
+      ->check(words_for("a whole number from 0 to 100", [](double x) { return x >= 0 && x <= 100 && x == std::floor(x); }));
   app.add_flag("--plan", options.plan, "After the last frame, what a step uses and leaves out, and at what cost");
   CLI::Option *certify = app.add_flag("--certify", options.certify,
                                       "Estimate the error of the last frame also above 50,000 vertices");
@@ -165,6 +167,9 @@ void apply_overrides(const Scene &overrides, Scene &scene) {
 void apply_options(const RunOptions &options, Scene &scene) {
   if (!options.method.empty()) scene.method = *host::find_method(options.method);
   if (options.linear) scene.method = SW_METHOD_LMA;
+  if (options.correction_steps) scene.correction_steps = *options.correction_steps;
+  if (scene.push_out && options.correction_steps.value_or(0))
+    throw std::runtime_error("push_out and --correction-steps (correction_steps) both move what is shown: choose one");
   if (options.steps_per_frame) {
     scene.steps_per_frame = *options.steps_per_frame;
     scene.steps_open = false;

@@ -85,6 +85,7 @@ void add_to_page(const Scene &scene, const Mesh &mesh, const std::vector<PlacedH
   for (const std::string &name : options.compare) {
     Scene other = scene;
     other.method = *host::find_method(name);
+    other.correction_steps = 0;
     if (!scene.integrator && host::is_full_shell(other.method)) other.integrator = SW_INTEGRATOR_SECOND_ORDER;  // others are measured by it
     const bool chosen = host::needs_choice(scene.method);
     const bool is_there = other.method == scene.method || (chosen && other.method == info.auto_method);

@@ -17,6 +17,7 @@ struct RunOptions {
   std::string out;                 // directory; empty = write nothing
   std::optional<uint32_t> frames;  // in place of the scene's duration
   std::optional<uint32_t> steps_per_frame;  // in place of the scene's
+  std::optional<uint32_t> correction_steps;  // the same
   std::string method;              // in place of the scene's; empty = that
   std::vector<std::string> formats;  // in place of the scene's; empty = those
   std::string html;                // page to write; empty = none

@@ -228,10 +228,13 @@ void read_simulation(Section section, Scene &scene) {
   scene.duration = section.positive("duration", scene.duration);
   scene.gravity = section.vector("gravity");
   scene.stiffness_factor = section.positive("stiffness_factor", 1);
-  scene.correction_steps = section.count("correction_steps").value_or(0);
-  if (scene.correction_steps > 100) section.fail("correction_steps must be at most 100");
+  if (const std::optional<uint32_t> steps = section.count("correction_steps")) {
+    if (*steps > 100) section.fail("correction_steps must be at most 100");
+    scene.correction_steps = *steps;
+  }
+  const bool corrects = scene.correction_steps && scene.correction_steps != SW_STEPS_AUTO;
   scene.push_out = section.flag("push_out").value_or(false);
-  if (scene.push_out && scene.correction_steps) section.fail(*section.find("push_out"), "push_out and correction_steps both move what is shown: choose one");
+  if (scene.push_out && corrects) section.fail(*section.find("push_out"), "push_out and correction_steps both move what is shown: choose one");
   scene.contact_patches = read_indices(section, "contact_patches");
   if (section.find("contact_patches_near")) scene.patches_near = section.positive("contact_patches_near", 0);
   if (const auto most = section.count("contact_patches_most")) {

@@ -73,15 +73,25 @@ void step_to_next_frame(const Scene &scene, SupportMotion &supports, std::vector
   }
 }
 
-void record(const Scene &scene, uint32_t frame, shellwarp::State &state, std::vector<float> &positions, Run &run,
+// Of an equilibrium that is shown after Newton steps of the full shell: in the frame, from the mesh.
+double largest_displacement(const Scene &scene, const Mesh &mesh, const shellwarp::State &state) {
+  std::vector<double> x(mesh.positions.size());
+  state.positions_corrected(scene.correction_steps, x.data(), mesh.n_vertices(), SW_SPACE_FRAME);
+  double largest = 0;
+  for (std::size_t k = 0; k < x.size(); k += 3)
+    largest = std::max(largest, std::hypot(x[k] - mesh.positions[k], x[k + 1] - mesh.positions[k + 1], x[k + 2] - mesh.positions[k + 2]));
+  return largest;
+}
+
+void record(const Scene &scene, uint32_t frame, const Mesh &mesh, shellwarp::State &state, std::vector<float> &positions, Run &run,
             PointCache *cache, Film *film, bool keep_states, const RenderMesh *render) {
   {
     Stopwatch stopwatch(run.position_seconds);
-    const auto n_vertices = static_cast<uint32_t>(positions.size() / 3);
+    const uint32_t n_vertices = mesh.n_vertices();
     if (scene.push_out)
       run.deepest_left = std::max(run.deepest_left, state.positions_outside(positions.data(), n_vertices));
     else if (scene.correction_steps > 0) {
-      state.correct(scene.correction_steps);
+      if (frame > 0 || scene.correction_steps != SW_STEPS_AUTO) state.correct(scene.correction_steps);
       state.positions_corrected(scene.correction_steps, positions.data(), n_vertices);
     } else
       state.positions(positions.data(), n_vertices);
@@ -90,6 +100,7 @@ void record(const Scene &scene, uint32_t frame, shellwarp::State &state, std::ve
   const bool again = keep_states || cache || (film && !host::is_full_shell(scene.method));  // whoever comes back to this frame
   run.frames.push_back({frame, state.report(), again ? state.save() : std::vector<unsigned char>(),
                         again && (scene.correction_steps > 0 || scene.push_out) ? positions : std::vector<float>()});
+  if (scene.is_static && scene.correction_steps == SW_STEPS_AUTO) run.frames.back().report.max_displacement = largest_displacement(scene, mesh, state);
   if (render && again && scene.correction_steps > 0) run.frames.back().drawn = render->points(scene, state);
   if (cache) cache->append(positions.data());
   const SwStateReport &report = run.frames.back().report;  // an equilibrium takes no time: a page plays it in a second
@@ -189,7 +200,7 @@ Run simulate(const Scene &scene, uint32_t n_frames, const Mesh &mesh, std::vecto
   SupportMotion &supports = *run.supports;
   run.supports_move = any_moves(scene);
   supports.begin(state);
-  record(scene, 0, state, positions, run, cache, film, keep.states, render);
+  record(scene, 0, mesh, state, positions, run, cache, film, keep.states, render);
   audit.note(0, state, run.frames.back().report);
   run.position_seconds = 0;  // the start is not a frame that was stepped to
   std::optional<StepTwin> twin;
@@ -202,7 +213,7 @@ Run simulate(const Scene &scene, uint32_t n_frames, const Mesh &mesh, std::vecto
     else
       step_to_next_frame(scene, supports, handles, state, run);
     if ((run.interrupted = interrupted())) break;  // perhaps in the middle of a frame
-    record(scene, frame, state, positions, run, cache, film, keep.states, render);
+    record(scene, frame, mesh, state, positions, run, cache, film, keep.states, render);
     if (twin) twin->after(frame, state);
     judged.note(frame, run.frames.back().report.max_displacement, state);
     audit.note(frame, state, run.frames.back().report);

@@ -171,6 +171,10 @@ void print_certificate(const SwCertificate &certificate, const std::string &unit
   row("of the displacement", format("%.2g", certificate.error));
   row("largest", format("%.3g%s", certificate.max_error, unit.c_str()));
   row("at vertex", count(certificate.vertex));
+  if (certificate.corrected_error != certificate.error) {
+    row("of what is shown", format("%.2g", certificate.corrected_error));
+    row("largest of what is shown", format("%.3g%s", certificate.corrected_max_error, unit.c_str()));
+  }
   row("factorizations", count(certificate.factorizations));
   if (certificate.remaining > kRoughAbove) row("rough: force left unbalanced", format("%.1e", certificate.remaining));
 }
