@@ -28,7 +28,8 @@ struct ShellRunner::At {
     if (fraction < kWholeFrame) fraction = 0;
   }
 
-  bool start() const { return frame == 0 && fraction == 0 && !before; }
+  bool rest() const { return frame == 0 && fraction == 0; }  // up to the start
+  bool start() const { return rest() && !before; }
 };
 
 }  // namespace host

@@ -66,14 +66,14 @@ void ShellRunner::read(const shellwarp::State &state, const Request &request, co
   if (follower_.bound()) {
     // The mesh's own positions, where they are shown, are read below to the last bit: its binding is for velocities.
     const bool drawn = !request.drawn.empty();
-    const Follower::Moved moved = {drawn && !at.start() ? request.correction_steps : 0, drawn && request.push_out, request.push_out && drawn ? &inside : nullptr};
+    const Follower::Moved moved = {drawn && !at.rest() ? request.correction_steps : 0, drawn && request.push_out, request.push_out && drawn ? &inside : nullptr};
     points = follower_.read(state, space, moved, request.velocities ? &velocities : nullptr);
   }
   if (request.drawn.empty()) {
     points.resize(model_->rest().size());
     if (request.push_out)
       inside = state.positions_outside(points.data(), model_->n_points(), space);
-    else if (request.correction_steps > 0 && !at.start())
+    else if (request.correction_steps > 0 && !at.rest())
       state.positions_corrected(request.correction_steps, points.data(), model_->n_points(), space);
     else
       state.positions(points.data(), model_->n_points(), space);

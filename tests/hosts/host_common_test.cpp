@@ -334,6 +334,17 @@ void correction_steps_move_what_is_shown_and_not_the_motion() {
   CHECK(corrected.deformed() != plain.deformed());
   corrected.evaluate(at_frame(request, 4));
   CHECK(corrected.deformed() == plain.deformed());
+  // Nothing moves up to the start, also where a later frame has told the state of loads.
+  with.drawn = with.mesh.points;
+  ShellRunner follows;
+  for (const int k : {4, 0, -2}) {
+    Request shown = at_frame(with, k);
+    follows.evaluate(shown);
+    CHECK((follows.deformed() == follows.rest()) == (k <= 0));
+    shown.drawn.clear();
+    corrected.evaluate(shown);
+    CHECK((corrected.deformed() == corrected.rest()) == (k <= 0));
+  }
 }
 
 void moved_points_are_a_new_rest_shape_at_the_start_frame() {
