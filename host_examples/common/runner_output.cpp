@@ -8,16 +8,22 @@
 namespace host {
 
 // A sentence; the frame is whole without it.
-static std::string certificate_of(const shellwarp::State &state, const std::function<bool()> &interrupted) {
+static std::string certificate_of(const shellwarp::State &state, uint32_t steps, const std::function<bool()> &interrupted) {
+  const auto watch = [&interrupted](double) {
+    try {
+      return !interrupted || !interrupted();
+    } catch (...) {
+      return false;  // a host that cannot even be asked is not kept waiting
+    }
+  };
   try {
-    const SwCertificate found = state.certify([&interrupted](double) {
-      try {
-        return !interrupted || !interrupted();
-      } catch (...) {
-        return false;  // a host that cannot even be asked is not kept waiting
-      }
-    });
-    const double percent = 100 * found.error;
+    SwCertificate found = state.certify(watch);
+    if (steps > 0 && found.corrected_error == found.error) {  // none are kept: they are taken where they are read
+      shellwarp::State copy = state.clone();
+      copy.correct(steps);
+      found = copy.certify(watch);
+    }
+    const double percent = 100 * (steps > 0 ? found.corrected_error : found.error);  // of what is shown
     return "certified: about " + number(percent < 10 ? std::round(100 * percent) / 100 : std::round(percent)) +
            " % off the full nonlinear shell" + (found.remaining > 0.01 ? ", roughly" : "");
   } catch (const shellwarp::Error &error) {
@@ -42,7 +48,7 @@ uint64_t ShellRunner::bytes() const {
 
 std::string ShellRunner::certificate(const std::function<bool()> &interrupted) const {
   if (!state_ || cache_.size() == 0) throw HostError("there are no frames yet: play from the start frame");
-  return certificate_of(*state_, interrupted);
+  return certificate_of(*state_, shown_steps_, interrupted);
 }
 
 void ShellRunner::show(const Request &request, const At &at) {
@@ -60,21 +66,22 @@ void ShellRunner::show(const Request &request, const At &at) {
 
 void ShellRunner::read(const shellwarp::State &state, const Request &request, const At &at) {
   const SwStateReport report = state.report();
+  shown_steps_ = at.rest() ? 0 : request.correction_steps;
   const uint32_t space = led_ ? SW_SPACE_WORLD : SW_SPACE_FRAME;
   std::vector<double> points, velocities;
   double inside = at.fraction > 0 ? report.deepest_penetration : static_cast<double>(deepest_);
   if (follower_.bound()) {
     // The mesh's own positions, where they are shown, are read below to the last bit: its binding is for velocities.
     const bool drawn = !request.drawn.empty();
-    const Follower::Moved moved = {drawn && !at.rest() ? request.correction_steps : 0, drawn && request.push_out, request.push_out && drawn ? &inside : nullptr};
+    const Follower::Moved moved = {drawn ? shown_steps_ : 0, drawn && request.push_out, request.push_out && drawn ? &inside : nullptr};
     points = follower_.read(state, space, moved, request.velocities ? &velocities : nullptr);
   }
   if (request.drawn.empty()) {
     points.resize(model_->rest().size());
     if (request.push_out)
       inside = state.positions_outside(points.data(), model_->n_points(), space);
-    else if (request.correction_steps > 0 && !at.rest())
-      state.positions_corrected(request.correction_steps, points.data(), model_->n_points(), space);
+    else if (shown_steps_ > 0)
+      state.positions_corrected(shown_steps_, points.data(), model_->n_points(), space);
     else
       state.positions(points.data(), model_->n_points(), space);
   }
@@ -89,7 +96,7 @@ void ShellRunner::read(const shellwarp::State &state, const Request &request, co
   notes_.rest_stretched = report.rest_stretch;
   notes_.inside = inside / model_->model().info().size;
   notes_.supports_missed = report.support_miss / model_->model().info().size;
-  notes_.certified = request.certify ? certificate_of(state, request.interrupted) : "";
+  notes_.certified = request.certify ? certificate_of(state, shown_steps_, request.interrupted) : "";
 }
 
 // The library's frame goes with supports that are led, so what is read of the world is taken to where the object stands. Its own motion

@@ -113,6 +113,7 @@ private:
   bool led_ = false;                   // supports were moved in the state
   bool replaces_ = false;
   uint32_t correction_steps_ = 0;      // of the request
+  uint32_t shown_steps_ = 0;           // those of what was shown last: none up to the start
   uint64_t live_ = 0;                  // the frame that the state has come to by itself; kLoaded: it was loaded
   static constexpr uint64_t kLoaded = ~uint64_t{0};
   std::vector<unsigned char> fresh_;   // the state before all
