@@ -128,7 +128,7 @@ fn certificate_of(found: &Certificate, method: Method) -> SwCertificate {
 /// moved along with the method's pose, or from that pose where this leaves far less of the force. So one step a frame is enough also where the shell buckles, once it has
 /// caught up. A copy of the state has its own, and sw_state_save saves it: 8 bytes for each of 3 numbers a vertex and one an element of the energy.
 /// sw_state_reset, sw_state_set_method and whatever puts the shell elsewhere forget it. steps is 0 to 100; 0 forgets it. A nonlinear shell
-/// needs none. SW_STEPS_AUTO takes up to 60, until they have arrived, where the state has no velocities, as after sw_state_equilibrium, and auto_corrects of
+/// needs none. SW_STEPS_AUTO takes up to 62, until they have arrived, where the state has no velocities, as after sw_state_equilibrium, and auto_corrects of
 /// SwModelInfo is 1. They are for a state that moves by fields, without SW_STATE_DETERMINISTIC, whose rest shape does not move. Of any other, and where they cannot be taken, it keeps
 /// nothing and succeeds. In motion it takes none: near a fold the inertia of a method that is far off leads such steps astray. Each takes a factorization of the full shell's stiffness, and the first call its analysis, which the model keeps. Allocates.
 /// Errors: as sw_state_certify; what was kept before stays.
