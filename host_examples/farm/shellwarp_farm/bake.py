@@ -123,7 +123,8 @@ def certified(found):
     error = {name: facts.get("worst", facts)["error"] for name, facts in known.items()}   # an earlier version judged the last frame alone
     worst = max(error, key=error.get)
     others = f"; {len(found) - len(known)} not certified" if len(known) < len(found) else ""
-    return f"at most {100 * error[worst]:.2g} % off the full shell, {worst}{others}"
+    written = jobs.as_written(known[worst].get("worst", known[worst]))
+    return f"at most {100 * error[worst]:.2g} % off the full shell{written}, {worst}{others}"
 
 
 def verify_main(arguments):

@@ -133,8 +133,10 @@ def _bake(job, model_facts, job_hash, start, out, cache, log):
         bindings = [bind_itself(model, job, stack), *(stack.enter_context(bind(model, path)) for path in job["render"])]
         partials = {kind: stack.enter_context(files.whole_file(path)) for kind, path in paths.items()}
         why, widest = _not_certified(job, model), stack.enter_context(closing(Widest()))
-        judged = simulate(job, state, start, partials, slowest_of(model), bindings, widest if not why else None, log)
-        state.correct(0)  # it is of what was shown
+        written = _as_needed(job, model)
+        judged = simulate(written, state, start, partials, slowest_of(model), bindings, widest if not why else None, log)
+        if not written["simulation"]["correction_steps"]:
+            state.correct(0)  # what an earlier shot left
         partials["state"].write_bytes(state.save())
         times["simulate"] = time.perf_counter()
         certified = {"why": why} if why else _certified(state, job["frames"][1], widest)
@@ -151,6 +153,14 @@ def _bake(job, model_facts, job_hash, start, out, cache, log):
               "core_seconds": time.process_time() - cpu, "worker": f"{socket.gethostname()}:{os.getpid()}", "library": shellwarp.version()}
     files.write_whole(record_path(out, job["name"]), json.dumps(record, indent=1).encode())
     return record
+
+
+def _as_needed(job, model):
+    """The job with correction_steps as they are taken: of "auto" none where the model needs none, or what is written is pushed out."""
+    simulation = job["simulation"]
+    if simulation["correction_steps"] != "auto" or (model.info()["auto_correction_steps"] and not simulation["push_out"]):
+        return job
+    return {**job, "simulation": {**simulation, "correction_steps": 0}}
 
 
 def state_of(job, model):
@@ -185,7 +195,8 @@ def _not_certified(job, model):
 
 def _certified(state, last, widest):
     """How far the last frame is off the full shell, a share of its displacement, or why that is not known: for the record. `worst`:
-    the frame that is furthest off, of the last and the widest, and its error as a share of the largest displacement."""
+    the frame that is furthest off, of the last and the widest, and its error as a share of the largest displacement. `corrected_error`, of
+    what is written, where Newton steps were taken for that."""
     try:
         found = state.certify()
     except shellwarp.ShellwarpError as error:
@@ -196,8 +207,14 @@ def _certified(state, last, widest):
             frames.append((widest.frame, widest.state.certify()))
     moved = {last: state.report()["max_displacement"], widest.frame: widest.most}
     frame, off = max(frames, key=lambda one: one[1]["error"] * moved[one[0]])
-    share = off["error"] * moved[frame] / widest.most if widest.most else off["error"]
-    return {**{name: found[name] for name in ("error", "max_error", "remaining")}, "worst": {"frame": frame, "error": share}}
+    factor = moved[frame] / widest.most if widest.most else 1.0
+    worst = {"frame": frame, **{name: factor * off[name] for name in _errors(off)}}
+    return {**{name: found[name] for name in (*_errors(found), "max_error", "remaining")}, "worst": worst}
+
+
+def _errors(found):
+    """The errors that a certificate has: where Newton steps were taken, also that of what is written."""
+    return ("error", "corrected_error") if found["corrected_error"] != found["error"] else ("error",)
 
 
 def certificate_words(certified):
@@ -206,8 +223,13 @@ def certificate_words(certified):
         return f"not certified: {certified['why']}"
     rough = ", roughly" if certified["remaining"] > 0.01 else ""
     worst = certified["worst"]
-    return (f"frame {worst['frame']}: {100 * worst['error']:.2g} % of the largest displacement off the full shell, at most; "
-            f"last frame: {100 * certified['error']:.2g} %{rough}")
+    return (f"frame {worst['frame']}: {100 * worst['error']:.2g} % of the largest displacement off the full shell, at most{as_written(worst)}; "
+            f"last frame: {100 * certified['error']:.2g} %{as_written(certified)}{rough}")
+
+
+def as_written(facts):
+    """What Newton steps leave of an error, "" where none were taken."""
+    return f", {100 * facts['corrected_error']:.2g} % as written" if "corrected_error" in facts else ""
 
 
 def _tell_model(log, job, facts, cache_report, model):

@@ -24,6 +24,11 @@ def uint32(value, name):
     return number
 
 
+def newton_steps(value, name):
+    """A number of Newton steps of the full shell, or what stands for "auto"."""
+    return choice({"auto": _abi.SW_STEPS_AUTO}, value, name) if isinstance(value, str) else uint32(value, name)
+
+
 def as_dict(struct):
     """The fields of a report as a dict, arrays as tuples; struct_size and reserved ones left out."""
     values = {name: getattr(struct, name) for name, *_ in struct._fields_ if name not in ("struct_size", "reserved")}

@@ -10,8 +10,8 @@ from numpy.typing import ArrayLike, DTypeLike
 
 from . import _abi, _arrays, _library
 from ._handle import Handle
-from ._types import Array, Buffer, Report
-from ._values import as_dict, choice, guarded, uint32
+from ._types import Array, Buffer, Report, Steps
+from ._values import as_dict, choice, guarded, newton_steps, uint32
 from .binding import Binding
 from .collider import Collider
 from .errors import CancelledError, InvalidArgumentError
@@ -283,14 +283,20 @@ class State(Handle):
                    byref(deepest))
         return out, deepest.value
 
-    def correct(self, steps: int) -> None:
-        """Takes Newton steps of the full nonlinear shell that go on from frame to frame, for output alone. Once after a frame's steps, before `positions_corrected`."""
-        self._call("sw_state_correct", steps)
+    def correct(self, steps: Steps = "auto") -> None:
+        """Takes Newton steps of the full nonlinear shell that go on from frame to frame, for output alone. Once after a frame's steps, before `positions_corrected`.
 
-    def positions_corrected(self, steps: int, out: "Array | None" = None, space: str = "world", dtype: DTypeLike = numpy.float32) -> Array:
-        """Positions (n_vertices x 3) where `correct` led since the last step, or else after so many Newton steps of the full nonlinear shell, for output alone."""
+        "auto" takes up to 62, until they have arrived, of a state without velocities, as after `equilibrium`, whose fields do not hold the shell:
+        info()["auto_corrects"] of the model is 1. Of any other state, one in motion too, it keeps nothing. 0 forgets what was kept.
+        Steps by number are for loads that change slowly: near a fold they lead quick motion astray."""
+        self._call("sw_state_correct", newton_steps(steps, "steps"))
+
+    def positions_corrected(self, steps: Steps = "auto", out: "Array | None" = None, space: str = "world", dtype: DTypeLike = numpy.float32) -> Array:
+        """Positions (n_vertices x 3) where `correct` led since the last step, or else after so many Newton steps of the full nonlinear shell, for output alone.
+
+        "auto" takes no step: without `correct` it gives `positions`."""
         out, form, stride = _arrays.vectors_out(out, (self.n_vertices, 3), dtype, "positions")
-        self._call("sw_state_positions_corrected", steps, choice(SPACES, space, "space"), form, _arrays.address(out), stride,
+        self._call("sw_state_positions_corrected", newton_steps(steps, "steps"), choice(SPACES, space, "space"), form, _arrays.address(out), stride,
                    self.n_vertices)
         return out
 
@@ -303,11 +309,11 @@ class State(Handle):
         return self._read("rotations", 4, out, space, dtype)
 
     def bound_points(self, binding: "Binding", wanted: Sequence[str] = ("positions",), out: "dict[str, Array] | None" = None,
-                     space: str = "world", dtype: DTypeLike = numpy.float32, correction_steps: int = 0, outside: bool = False) -> dict[str, Array]:
+                     space: str = "world", dtype: DTypeLike = numpy.float32, correction_steps: Steps = 0, outside: bool = False) -> dict[str, Array]:
         """What of "positions", "normals", "tangents" and "velocities" is wanted of a binding's points, each (n_points x 3).
 
         `out` has arrays to fill, of one dtype; otherwise they are new. For the eye, points follow the shell after `correction_steps` as `positions_corrected`
-        has it, or are `outside` colliders as by `positions_outside`; velocities are those of the motion."""
+        has it, or are `outside` colliders as by `positions_outside`, beside which "auto" is 0; velocities are those of the motion."""
         desc = _library.initialised(_abi.SwBoundPointsDesc)
         names = ("positions", "normals", "tangents", "velocities")
         arrays = dict(out) if out is not None else {name: numpy.empty((binding.n_points, 3), dtype) for name in wanted}
@@ -321,7 +327,7 @@ class State(Handle):
             setattr(desc, name, _arrays.address(values))
             setattr(desc, {"velocities": "velocity"}.get(name, name[:-1]) + "_stride", stride)
         desc.space = choice(SPACES, space, "space")
-        desc.correction_steps, desc.flags = correction_steps, _abi.SW_BOUND_OUTSIDE if outside else 0
+        desc.correction_steps, desc.flags = newton_steps(correction_steps, "correction_steps"), _abi.SW_BOUND_OUTSIDE if outside else 0
         if arrays:
             with binding._use() as pointer:
                 self._call("sw_state_bound_points", pointer, byref(desc))

@@ -593,6 +593,74 @@ class Running(unittest.TestCase):
         state.correct(0)
         numpy.testing.assert_array_equal(state.positions_corrected(1, dtype=numpy.float64), kept)
 
+    def test_an_equilibrium_that_fields_do_not_hold_is_corrected_until_it_is_the_full_shells(self):
+        made = sw.Model(strip.arch())
+        made.precompute(modes=2, reduced_fields=4)
+        info = made.info()
+        self.assertEqual(info["auto_corrects"], 1)
+        self.assertGreater(info["training_error_median"], 0.05)
+        self.assertGreater(info["training_error_most"], info["training_error_median"])
+        state, full = made.state(), made.state("shell-implicit")
+        for each in (state, full):
+            each.set_gravity(strip.GRAVITY)
+            each.equilibrium()
+        exact, plain = full.positions(dtype=numpy.float64), state.positions(dtype=numpy.float64)
+        numpy.testing.assert_array_equal(state.positions_corrected(dtype=numpy.float64), plain)  # nothing is kept yet
+        certificate = state.certify()
+        self.assertEqual(certificate["corrected_error"], certificate["error"])
+        state.correct()
+        shown = state.positions_corrected(dtype=numpy.float64)
+        # the last step moves by less than 1e-4 of the size, and Newton's leave less than they move by
+        self.assertLess(abs(shown - exact).max(), 1e-4)  # 0.5 m long
+        self.assertGreater(abs(plain - exact).max(), 1e-3)
+        self.assertLess(state.certify()["corrected_error"], 0.01 * certificate["error"])
+        with sw.Binding(made, plain * 0 + strip.arch().positions) as binding:
+            bound = {steps: state.bound_points(binding, dtype=numpy.float64, correction_steps=steps)["positions"] for steps in ("auto", 2, 0)}
+            numpy.testing.assert_array_equal(bound["auto"], bound[2])  # both have what is kept
+            self.assertGreater(abs(bound["auto"] - bound[0]).max(), 0.5 * abs(shown - plain).max())
+            state.bound_points(binding, correction_steps="auto", outside=True)  # is not refused
+        state.correct(0)
+        numpy.testing.assert_array_equal(state.positions_corrected(dtype=numpy.float64), plain)
+
+    def test_no_step_is_taken_unasked_in_motion_nor_of_the_warp(self):
+        made = sw.Model(strip.arch())
+        made.precompute(modes=2, reduced_fields=4)
+        for method in ("auto", "warp"):
+            state = made.state(method)
+            state.set_gravity(strip.GRAVITY)
+            state.step(1 / 30)
+            saved, plain = state.save(), state.positions(dtype=numpy.float64)
+            state.correct()
+            numpy.testing.assert_array_equal(state.positions_corrected(dtype=numpy.float64), plain)
+            self.assertEqual(state.save(), saved, "nothing is kept")
+            state.correct(1)
+            self.assertGreater(abs(state.positions_corrected(dtype=numpy.float64) - plain).max(), 0)
+            state.correct("auto")
+            self.assertEqual(state.save(), saved, "what was kept is forgotten")
+
+    def test_no_step_is_taken_unasked_where_the_fields_hold_the_shell(self):
+        made = sw.Model(strip.shell())
+        made.precompute()
+        info = made.info()
+        self.assertEqual(info["auto_corrects"], 0)
+        self.assertTrue(0 < info["training_error_median"] <= 0.05, info)
+        state = made.state()
+        state.set_gravity(strip.GRAVITY)
+        state.equilibrium()
+        saved, plain = state.save(), state.positions(dtype=numpy.float64)
+        for steps in ((), ("auto",)):
+            state.correct(*steps)
+            numpy.testing.assert_array_equal(state.positions_corrected(*steps, dtype=numpy.float64), plain)
+        self.assertEqual(state.save(), saved, "nothing is kept")
+
+    def test_other_words_and_numbers_of_steps_are_refused_by_name(self):
+        state, binding = swinging(made := model()), sw.Binding(made, strip.positions())
+        for call, name in ((state.correct, "steps"), (state.positions_corrected, "steps"),
+                           (lambda steps: state.bound_points(binding, correction_steps=steps), "correction_steps")):
+            for wrong, message in (("all", "'all', expected one of 'auto'"), (-1, "-1, expected 0 to"), (0.5, "0.5, expected an integer")):
+                with self.subTest(name, wrong=wrong), self.assertRaisesRegex(sw.InvalidArgumentError, f"^{name}: {message}"):
+                    call(wrong)
+
     def test_a_tolerance_leaves_out_modes_and_static_corrections_stand_for_those_of_handles(self):
         counts = []
         for speed in (0, 0.1):

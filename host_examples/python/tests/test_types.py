@@ -22,9 +22,12 @@ with sw.Model(shell) as model:
         state.set_frame(rotation=numpy.eye(3))
         reveal_type(state.positions())
         reveal_type(model.save())
+        state.correct()
+        state.correct(steps="auto")
+        state.positions_corrected(2)
         error: float = state.certify()["error"]
 """
-WRONG = "import shellwarp as sw\nsw.methods() + 1\nsw.Model(3)\n"
+WRONG = "import shellwarp as sw\nsw.methods() + 1\nsw.Model(3)\nsw.State.correct(steps='all')\n"
 
 
 def public():
@@ -71,7 +74,7 @@ class Types(unittest.TestCase):
         self.assertIn("ndarray", text)
         self.assertIn('is "bytes"', text)
         code, text = mypy(WRONG)
-        self.assertEqual((code, text.count("error:")), (1, 2), text)
+        self.assertEqual((code, text.count("error:")), (1, 4), text)
 
 
 if __name__ == "__main__":
