@@ -183,7 +183,7 @@ class Simulation:
         """What estimates said, of the present frame unless told otherwise: the worst, and the last where that is another. Kept for the panel."""
         estimates = estimates or (self.estimate(),)
         worst = max(estimates, key=lambda estimate: estimate.result()["error"])
-        self.certified = "; ".join(f"frame {e.frame}: {told(e.result())}" for e in dict.fromkeys((worst, estimates[-1])))
+        self.certified = "; ".join(f"frame {e.frame}: {told(e.result(), self._output.correction_steps > 0)}" for e in dict.fromkeys((worst, estimates[-1])))
         return self.certified
 
     def unmet(self):
@@ -384,9 +384,16 @@ def held(shell):
     return numpy.unique(numpy.concatenate([numpy.asarray(part, numpy.int64).ravel() for part in (shell.fixed, shell.clamped, near)]))
 
 
-def told(certificate):
-    """A certificate in words."""
-    percent = 100 * certificate["error"]
-    number = f"{percent:.2g}" if percent < 10 else f"{percent:.0f}"
-    text = f"about {number} % off the full nonlinear shell" + (", roughly" if certificate["remaining"] > 0.01 else "")
+def percent(share):
+    """A share in words: percent of two digits, or without decimals."""
+    if share < 1e-4:
+        return "less than 0.01 %"
+    return f"about {100 * share:.2g} %" if share < 0.1 else f"about {100 * share:.0f} %"
+
+
+def told(certificate, corrected):
+    """A certificate in words; where what is shown is corrected, with the error that this leaves."""
+    text = f"{percent(certificate['error'])} off the full nonlinear shell" + (", roughly" if certificate["remaining"] > 0.01 else "")
+    if corrected and certificate["corrected_error"] != certificate["error"]:
+        text += f"; as shown, after Newton steps, {percent(certificate['corrected_error'])}"
     return text + ("; more modes or less load would help" if certificate["out_of_range"] else "")

@@ -133,9 +133,8 @@ def _bake(job, model_facts, job_hash, start, out, cache, log):
         bindings = [bind_itself(model, job, stack), *(stack.enter_context(bind(model, path)) for path in job["render"])]
         partials = {kind: stack.enter_context(files.whole_file(path)) for kind, path in paths.items()}
         why, widest = _not_certified(job, model), stack.enter_context(closing(Widest()))
-        written = _as_needed(job, model)
-        judged = simulate(written, state, start, partials, slowest_of(model), bindings, widest if not why else None, log)
-        if not written["simulation"]["correction_steps"]:
+        judged = simulate(job, state, start, partials, slowest_of(model), bindings, widest if not why else None, log)
+        if not job["simulation"]["correction_steps"]:
             state.correct(0)  # what an earlier shot left
         partials["state"].write_bytes(state.save())
         times["simulate"] = time.perf_counter()
@@ -153,14 +152,6 @@ def _bake(job, model_facts, job_hash, start, out, cache, log):
               "core_seconds": time.process_time() - cpu, "worker": f"{socket.gethostname()}:{os.getpid()}", "library": shellwarp.version()}
     files.write_whole(record_path(out, job["name"]), json.dumps(record, indent=1).encode())
     return record
-
-
-def _as_needed(job, model):
-    """The job with correction_steps as they are taken: of "auto" none where the model needs none, or what is written is pushed out."""
-    simulation = job["simulation"]
-    if simulation["correction_steps"] != "auto" or (model.info()["auto_correction_steps"] and not simulation["push_out"]):
-        return job
-    return {**job, "simulation": {**simulation, "correction_steps": 0}}
 
 
 def state_of(job, model):
