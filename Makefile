@@ -336,6 +336,7 @@ bench-solver: ## count factorizations of the full shell's equilibria: docs/evide
 bench-correction: ## error of a reduced shell after Newton steps of the full one: docs/evidence/solver.md
 	cargo run --locked --release --example correction -- --docs docs/evidence/solver.md
 	cargo run --locked --release --example correction -- --docs docs/evidence/solver.md frames
+	cargo run --locked --release --example correction -- --docs docs/evidence/solver.md motion
 
 bench-training: ## time the training of reduced shells, the table of docs/evidence/front.md
 	cargo run --locked --release --example training -- --docs docs/evidence/front.md

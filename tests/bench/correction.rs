@@ -5,12 +5,16 @@
 //!
 //! And how far so many steps a frame take frames of a load that changes slowly, from the reduced shell's pose and from where the last frame's led.
 //!
-//! usage: correction [--docs FILE] [frames] [SHELL ...]
+//! And what they make of shells in motion: correction/motion.rs.
+//!
+//! usage: correction [--docs FILE] [frames | motion] [SHELL ...]
 #![allow(missing_docs)]
 
 #[path = "../common/mod.rs"]
 mod common;
 mod docs;
+#[path = "correction/motion.rs"]
+mod motion;
 #[path = "front/scenes.rs"]
 #[allow(dead_code)] // the front's own
 mod scenes;
@@ -200,6 +204,9 @@ fn main() {
     let docs = arguments.iter().position(|a| a == "--docs").map(|i| arguments.drain(i..i + 2).nth(1).expect("a file"));
     if arguments.first().is_some_and(|a| a == "frames") {
         return paths(&arguments[1..], docs.as_ref());
+    }
+    if arguments.first().is_some_and(|a| a == "motion") {
+        return motion::table(&arguments[1..], docs.as_ref());
     }
     let mut table = format!(
         "Error in % by mass, median / 90th percentile / worst of poses at rest, against the full shell's equilibrium from rest; `make bench-correction` on \
