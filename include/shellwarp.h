@@ -2407,7 +2407,7 @@ SwStatus sw_state_plan_text(const struct SwState *state,
 
 /* What a state gets wrong, and another method for it ------------------------------------------- */
 
-// For sw_state_correct: as many steps as it takes at rest, where fields do not hold the shell. For
+// For sw_state_correct: on to the full shell's equilibrium, where fields do not hold the shell. For
 // what shows corrected positions: those that sw_state_correct kept since the last step.
 #define SW_STEPS_AUTO 4294967295
 
@@ -2494,13 +2494,13 @@ SwStatus sw_state_certify_watched(const struct SwState *state,
 // is enough also where the shell buckles, once it has caught up. A copy of the state has its own,
 // and sw_state_save saves it: 8 bytes for each of 3 numbers a vertex and one an element of the
 // energy. sw_state_reset, sw_state_set_method and whatever puts the shell elsewhere forget it.
-// steps is 0 to 100; 0 forgets it. A nonlinear shell needs none. SW_STEPS_AUTO takes up to 62,
-// until they have arrived, where the state has no velocities, as after sw_state_equilibrium, and
-// auto_corrects of SwModelInfo is 1. They are for a state that moves by fields, without
-// SW_STATE_DETERMINISTIC, whose rest shape does not move. Of any other, and where they cannot be
-// taken, it keeps nothing and succeeds. In motion it takes none: near a fold the inertia of a
-// method that is far off leads such steps astray. Each takes a factorization of the full shell's
-// stiffness, and the first call its analysis, which the model keeps. Allocates.
+// steps is 0 to 100; 0 forgets it. A nonlinear shell needs none. SW_STEPS_AUTO goes on to the full
+// shell's equilibrium, as sw_state_certify seeks it, where the state has no velocities, as after
+// sw_state_equilibrium, and auto_corrects of SwModelInfo is 1: of a state that moves by fields,
+// without SW_STATE_DETERMINISTIC, whose rest shape does not move. Of any other, and where it finds
+// none, it keeps nothing and succeeds. In motion it does nothing: near a fold the inertia of a
+// method that is far off leads astray. Each takes a factorization of the full shell's stiffness,
+// and the first call its analysis, which the model keeps. Allocates.
 // Errors: as sw_state_certify; what was kept before stays.
 SwStatus sw_state_correct(struct SwState *state,
                           uint32_t steps);

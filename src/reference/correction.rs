@@ -65,8 +65,6 @@ pub struct Correcting {
     pub way: Vec<Vec3>,
     /// The stress of each element that the last one foresaw (n_elements).
     pub stress: Vec<f64>,
-    /// How far the last one went, a root mean square by mass; infinite where nobody knows.
-    pub last: f64,
 }
 
 /// Steps at most in a round, and who hears of them.
@@ -119,7 +117,7 @@ impl Solver {
         newton.foreign = true;
         let mut stress = vec![];
         newton.begin(&potential, x, &mut stress);
-        if let Some(Correcting { way, stress: foreseen, .. }) = earlier {
+        if let Some(Correcting { way, stress: foreseen }) = earlier {
             let mut way = way.clone();
             constraints.project(&mut way);
             let there: Vec<Vec3> = first.iter().zip(&way).map(|(x, way)| x + way).collect();
@@ -131,9 +129,9 @@ impl Solver {
         }
         let followed = newton.follow_mixed(&potential, x, &mut stress, steps);
         newton.foreign = false; // others use it next
-        let last = followed?;
+        followed?;
         free.align(&shell, &mut self.x, &first);
-        Ok(Correcting { way: self.x.iter().zip(&first).map(|(x, first)| x - first).collect(), stress, last })
+        Ok(Correcting { way: self.x.iter().zip(&first).map(|(x, first)| x - first).collect(), stress })
     }
 
     fn correct_in_rounds(&mut self, start: &[Vec3], load: &Load, (solves, watch): Watched) -> Result<Correction> {

@@ -20,10 +20,10 @@
 //! positive semidefinite of σ ∂²ε is left out instead: more of it until the tangent is, less in each step after that. Limp cloth buckles everywhere,
 //! and gets there in half the steps that lower the energy along their lines.
 
+use super::free_norm;
 use super::newton::{Ahead, Convergence, Newton, Stop};
 use super::parts::Parts;
 use super::potential::Potential;
-use super::{free_norm, mass_norm};
 use crate::energy::Stress;
 use crate::{Result, Vec3};
 
@@ -327,17 +327,15 @@ impl Newton {
         Ok(found)
     }
 
-    /// Moves `x` by so many steps, wherever they lead, from a `stress` on to the one that the last step foresaw. How far the last one went, a root
-    /// mean square by mass; infinite where there was none.
+    /// Moves `x` by so many steps, wherever they lead, from a `stress` on to the one that the last step foresaw.
     pub(super) fn follow_mixed(
         &mut self,
         potential: &Potential,
         x: &mut [Vec3],
         stress: &mut Vec<f64>,
         steps: usize,
-    ) -> Result<f64> {
+    ) -> Result<()> {
         self.made_at = None;
-        let (shell, mut gone) = (potential.shell, f64::INFINITY);
         for _ in 0..steps {
             potential.gradient_in(&mut self.parts, x, &mut self.gradient);
             let (wanted, mut shift) = ((&mut *stress, [0.0, 0.0], false), Shift::default());
@@ -346,11 +344,10 @@ impl Newton {
             }
             self.step_in_reach(potential, x, &mut shift);
             foresee(potential, &mut self.parts, [x, &self.trial], stress);
-            gone = mass_norm(shell, |v| self.trial[v] - x[v]) / shell.total_mass.sqrt();
             x.copy_from_slice(&self.trial);
         }
         self.made_at = None;
-        Ok(gone)
+        Ok(())
     }
 
     /// What a stress at `x` leaves of the force.

@@ -40,7 +40,7 @@ const LOST: f64 = 0.5;
 const MET: f64 = 1e-6;
 
 /// Of the loads and the handles' forces, what is left at an equilibrium, at most.
-const BALANCED: f64 = 1e-3;
+pub(super) const BALANCED: f64 = 1e-3;
 
 /// A shell stands still whose inertia is this part of its loads, and which the slowest mode moves by this part of its way in a radian, at most.
 const STILL: f64 = 1e-3;
@@ -105,7 +105,7 @@ impl State {
     }
 
     /// As [`State::certify`], of a method that is not a nonlinear shell's, or of the positions by `way` (n_vertices, frame axes) from its own.
-    fn estimate(&self, way: Option<&[Vec3]>, watch: &mut dyn FnMut(f64) -> Result<()>) -> Estimate {
+    pub(super) fn estimate(&self, way: Option<&[Vec3]>, watch: &mut dyn FnMut(f64) -> Result<()>) -> Estimate {
         let shell = &self.model.shell;
         let mut judges = self.contacts.clone();
         let judging = self.judging_points(&mut judges, None);
@@ -293,7 +293,7 @@ impl State {
     }
 
     /// Positions (n_vertices, frame axes).
-    fn in_frame(&self) -> Vec<Vec3> {
+    pub(super) fn in_frame(&self) -> Vec<Vec3> {
         let mut places = vec![Vec3::zeros(); self.model.shell.mass.len()];
         self.positions(Space::Frame, |v, x| places[v] = x);
         places

@@ -4,6 +4,7 @@
 //! the method's pose is on another branch than the full shell, as where the shell has buckled, steps from that pose find no way to it; steps from
 //! where it was a frame before do.
 
+use super::certify::BALANCED;
 use super::{Space, State};
 use crate::arithmetic::Arithmetic;
 use crate::error::{invalid, try_zeroed};
@@ -13,11 +14,8 @@ use crate::reference::Correcting;
 use crate::support::Pose;
 use crate::{Error, ErrorKind, Result, Vec3};
 
-/// Steps of each round, as long as they lead on; wind is taken anew in each. Of loads that come to a hat at once, a tenth of its size and then a fifth,
-/// 16 of 17 arrive in sixty steps, 14 in twenty-four.
-const ROUNDS: [usize; 5] = [2, 4, 8, 16, 32];
-/// Steps whose last moves the shell by less, a root mean square in sizes, have arrived: what is left is the square of that.
-const ARRIVED: f64 = 1e-4;
+/// Steps before an equilibrium is sought: they follow the shell where it has buckled before.
+const FIRST: usize = 2;
 
 /// Where steps toward the full shell are.
 #[derive(Clone)]
@@ -53,30 +51,36 @@ impl State {
         Ok(())
     }
 
-    /// The same by as many steps as it takes to arrive, of a state without velocities, as after [`State::equilibrium`], whose fields do not hold the
-    /// shell ([`Model::needs_correction`](crate::Model::needs_correction)). Of any other, and where steps cannot be taken, nothing is kept.
+    /// The same, to the stable equilibrium of the full shell that is found from where two steps lead, or else from the pose, of a state without velocities, as
+    /// after [`State::equilibrium`], whose fields do not hold the shell ([`Model::needs_correction`](crate::Model::needs_correction)). Of any
+    /// other, and where none is found, nothing is kept.
     ///
-    /// Motion is left out: near a fold the inertia of a method that is far off leads such steps astray.
+    /// Motion is left out: near a fold the inertia of a method that is far off leads astray.
     pub fn correct_as_needed(&mut self) -> Result<()> {
         if !self.is_helped_by_steps() {
             return self.correct(0);
         }
-        for steps in ROUNDS {
-            match self.correct(steps) {
-                Err(error) if matches!(error.kind, ErrorKind::Numerical | ErrorKind::Unsupported) => self.correct(0)?,
-                corrected => corrected?,
-            }
-            if !self.leads_on() {
+        let begun = unless_numerical(self.steps_toward(FIRST))?.map(|steps| steps.way);
+        let mut found = None;
+        for way in [begun.as_deref(), None] {
+            if let Some((certificate, end)) = unless_numerical(self.estimate(way, &mut |_| Ok(())))?
+                && certificate.remaining <= BALANCED
+            {
+                found = Some(KeptCorrection { steps: self.way_to(&end), is_current: true });
                 break;
             }
         }
+        self.correction = found.map(Box::new);
         Ok(())
     }
 
-    /// Whether the last step that is kept went further than [`ARRIVED`].
-    fn leads_on(&self) -> bool {
-        let arrived = ARRIVED * self.model.shell.mesh.size;
-        self.correction.as_ref().is_some_and(|kept| kept.steps.last > arrived)
+    /// As if steps had led to a pose (n_vertices, frame axes), with the stresses that it has.
+    fn way_to(&self, end: &[Vec3]) -> Correcting {
+        let shell = &self.model.shell;
+        let own = shell.with_rest_angles(&self.motion.rest_angles());
+        let mut stress = vec![];
+        own.as_ref().unwrap_or(shell).energy.visit_strains(end, &mut |_, strain| stress.push(strain));
+        Correcting { way: end.iter().zip(self.in_frame()).map(|(end, x)| end - x).collect(), stress }
     }
 
     /// Not while its rest shape moves, nor where it has the same bits on every processor, which steps of the full shell have not.
@@ -163,8 +167,17 @@ impl State {
         };
         let (way, stress) = rest.split_at(3 * self.model.shell.mass.len());
         let way = way.chunks_exact(3).map(Vec3::from_column_slice).collect();
-        let steps = Correcting { way, stress: stress.to_vec(), last: f64::INFINITY };
+        let steps = Correcting { way, stress: stress.to_vec() };
         self.correction = Some(Box::new(KeptCorrection { steps, is_current: *is_current == 1.0 }));
+    }
+}
+
+/// Nothing where numbers, or this shell, have none.
+fn unless_numerical<T>(found: Result<T>) -> Result<Option<T>> {
+    match found {
+        Ok(found) => Ok(Some(found)),
+        Err(error) if matches!(error.kind, ErrorKind::Numerical | ErrorKind::Unsupported) => Ok(None),
+        Err(error) => Err(error),
     }
 }
 

@@ -286,7 +286,7 @@ class State(Handle):
     def correct(self, steps: Steps = "auto") -> None:
         """Takes Newton steps of the full nonlinear shell that go on from frame to frame, for output alone. Once after a frame's steps, before `positions_corrected`.
 
-        "auto" takes up to 62, until they have arrived, of a state without velocities, as after `equilibrium`, whose fields do not hold the shell:
+        "auto" goes on to the full shell's equilibrium, as `certify` seeks it, of a state without velocities, as after `equilibrium`, whose fields do not hold the shell:
         info()["auto_corrects"] of the model is 1. Of any other state, one in motion too, it keeps nothing. 0 forgets what was kept.
         Steps by number are for loads that change slowly: near a fold they lead quick motion astray."""
         self._call("sw_state_correct", newton_steps(steps, "steps"))

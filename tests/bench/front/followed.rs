@@ -2,9 +2,10 @@
 
 use crate::cases::{self, Case};
 use crate::scenes::{Part, Scene};
-use crate::{AT, NEARLY, corrected};
+use crate::{AT, NEARLY, corrected, off_by};
 use shellwarp::model::{Model, Options};
 use shellwarp::reduced;
+use shellwarp::state::{Space, State};
 use std::sync::Arc;
 
 /// Frames of the way from one strength to the next.
@@ -12,8 +13,8 @@ const FRAMES: usize = 24;
 const MODES: usize = 8;
 
 /// The table's head.
-pub const HEADER: &str = "| shell | fields | form | at most 5 % off | median, % | with a step a frame | median, % | with two | median, % |\n\
-     |---|---|---|---|---|---|---|---|---|\n";
+pub const HEADER: &str = "| shell | fields | form | at most 5 % off | median, % | with a step a frame | median, % | with two | median, % | as needed | median, % | at once | median, % |\n\
+     |---|---|---|---|---|---|---|---|---|---|---|---|---|\n";
 
 fn cell(errors: &mut [f64]) -> String {
     errors.sort_by(f64::total_cmp);
@@ -30,7 +31,7 @@ pub fn row(scene: &Scene, fields: usize) -> String {
     let (method, model) = (model.chosen_method(), Arc::new(model));
     let counts =
         |case: &Case| case.part != Part::Validation && case.is_confirmed() && case.aim == AT && case.came_near();
-    let mut errors = [vec![], vec![], vec![]];
+    let (mut errors, mut needed) = ([vec![], vec![], vec![]], [vec![], vec![]]);
     for case in cases::find(scene).iter().filter(|case| counts(case)) {
         for (steps, errors) in errors.iter_mut().enumerate() {
             let state = cases::led(scene, (&model, method), case, FRAMES, &mut |state| {
@@ -39,7 +40,13 @@ pub fn row(scene: &Scene, fields: usize) -> String {
             let error = state.and_then(|state| corrected(scene, &state, steps, case));
             errors.push(error.unwrap_or(f64::INFINITY));
         }
+        for (frames, errors) in [FRAMES, 1].into_iter().zip(&mut needed) {
+            let mut correct = |state: &mut State| state.correct_as_needed().unwrap();
+            let state = cases::led(scene, (&model, method), case, frames, &mut correct);
+            let kept = state.and_then(|state| state.positions_kept(Space::Frame).ok());
+            errors.push(kept.map_or(f64::INFINITY, |x| off_by(scene, &x, case)));
+        }
     }
-    let cells: Vec<String> = errors.iter_mut().map(|errors| cell(errors)).collect();
+    let cells: Vec<String> = errors.iter_mut().chain(&mut needed).map(|errors| cell(errors)).collect();
     format!("| {} | {fields} | {method:?} | {} |\n", scene.key, cells.join(" | "))
 }
