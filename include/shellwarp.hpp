@@ -504,7 +504,8 @@ public:
     check(sw_state_bound_points(get(), binding.get(), &desc));
   }
 
-  /* Newton steps of the full shell that go on from frame to frame, for output alone: once after a frame's steps, before positions_corrected. */
+  /* Newton steps of the full shell that go on from frame to frame, for output alone: once after a frame's steps, before positions_corrected. SW_STEPS_AUTO, for
+     both, is for equilibria that fields do not hold. */
   void correct(uint32_t steps) { check(sw_state_correct(get(), steps)); }
 
   /* Where `correct` led, or else after `steps` Newton steps of the full shell, for output alone. */
