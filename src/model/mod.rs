@@ -189,7 +189,7 @@ impl Model {
         by_gate.then_some(errors)
     }
 
-    /// Whether the fields do not hold the shell: what the gate chose comes as near as [`NEAR`] to less than half of its training's equilibria.
+    /// Whether the fields do not hold the shell: what the gate chose misses half of its training's equilibria by more than 5 %.
     pub fn needs_correction(&self) -> bool {
         let misses = self.training_errors().is_some_and(|errors| errors.median > NEAR);
         misses && Feature::NonlinearShell.require().is_ok()
