@@ -2443,7 +2443,7 @@ typedef struct SwCertificate {
   // Bytes of the full shell's matrix, factor and fields, which the model keeps for the next call.
   uint64_t bytes;
   // As error, of the positions that sw_state_correct kept since the last step: a second estimate,
-  // from there. error where nothing is kept, and from sw_state_fall_back.
+  // from there. The same as error where nothing is kept, and from sw_state_fall_back.
   double corrected_error;
   // As max_error, of these.
   double corrected_max_error;

@@ -1,6 +1,6 @@
 //! Points that follow a shell.
 
-use super::certify::{MOST_STEPS, SW_STEPS_AUTO};
+use super::certify::{MOST_STEPS, SW_STEPS_AUTO, steps_shown};
 use super::guard::{guard, read};
 use super::model::SwModel;
 use super::output::space_of;
@@ -11,7 +11,7 @@ use super::structs::{Output, described, read_descriptor};
 use crate::Vec3;
 use crate::binding::{Binding, Points, Pose};
 use crate::error::require_non_negative;
-use crate::state::{Outside, Outward, Shown};
+use crate::state::{Outside, Outward, Shown, State};
 use crate::threads::for_each;
 use std::ffi::c_void;
 use std::ops::Range;
@@ -347,7 +347,7 @@ pub unsafe extern "C" fn sw_state_bound_points(
             let SwBinding(binding) = object("binding", binding)?;
             let desc = read_descriptor("desc", desc)?;
             check_flags("desc->flags", desc.flags, SW_BOUND_OUTSIDE)?;
-            let shown = shown(&desc)?;
+            let shown = shown(state, &desc)?;
             let space = space_of(desc.space)?;
             let (first, n) = (desc.first as usize, binding.n_points());
             let count = if desc.count == 0 { n.saturating_sub(first) } else { desc.count as usize };
@@ -386,10 +386,10 @@ pub unsafe extern "C" fn sw_state_bound_points(
     }
 }
 
-fn shown(desc: &SwBoundPointsDesc) -> Result<Shown, Fault> {
+fn shown(state: &State, desc: &SwBoundPointsDesc) -> Result<Shown, Fault> {
     let outside = desc.flags & SW_BOUND_OUTSIDE != 0;
-    let kept = desc.correction_steps == SW_STEPS_AUTO;
-    let corrections = if kept { 0 } else { desc.correction_steps };
+    let unasked = outside && desc.correction_steps == SW_STEPS_AUTO;
+    let corrections = if unasked { 0 } else { steps_shown(state, desc.correction_steps) };
     if corrections > MOST_STEPS {
         let message = format!("it must be at most {MOST_STEPS}, or SW_STEPS_AUTO");
         return Err(Fault::argument(format!("desc->correction_steps is {corrections}: {message}")));
@@ -400,7 +400,7 @@ fn shown(desc: &SwBoundPointsDesc) -> Result<Shown, Fault> {
     if desc.reserved != 0 {
         return Err(Fault::argument(format!("desc->reserved is {}: it must be 0", desc.reserved)));
     }
-    Ok(Shown { corrections: corrections as usize, kept: kept && !outside, outside })
+    Ok(Shown { corrections: corrections as usize, outside })
 }
 
 /// Fails where a point that went out is beyond the numbers of the format.

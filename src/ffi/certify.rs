@@ -8,7 +8,7 @@ use super::precompute::answered;
 use super::state::{SwState, reading, switching, writing};
 use super::status::{Fault, SwStatus};
 use super::structs::{Described, Output, described};
-use crate::state::{Certificate, Method};
+use crate::state::{Certificate, Method, State};
 use std::ffi::c_void;
 
 /// Of a correction: more would take as long as the full shell's own search.
@@ -47,7 +47,7 @@ pub struct SwCertificate {
     pub reserved: u32,
     /// Bytes of the full shell's matrix, factor and fields, which the model keeps for the next call.
     pub bytes: u64,
-    /// As error, of the positions that sw_state_correct kept since the last step: a second estimate, from there. error where nothing is kept, and
+    /// As error, of the positions that sw_state_correct kept since the last step: a second estimate, from there. The same as error where nothing is kept, and
     /// from sw_state_fall_back.
     pub corrected_error: f64,
     /// As max_error, of these.
@@ -146,6 +146,11 @@ pub unsafe extern "C" fn sw_state_correct(state: *mut SwState, steps: u32) -> Sw
     }
 }
 
+/// Steps to show: by SW_STEPS_AUTO any number of what is kept, or none.
+pub(super) fn steps_shown(state: &State, steps: u32) -> u32 {
+    if steps == SW_STEPS_AUTO { u32::from(state.is_corrected()) } else { steps }
+}
+
 fn check_steps(steps: u32) -> Result<(), Fault> {
     if steps > MOST_STEPS {
         return Err(Fault::argument(format!("steps is {steps}: it must be at most {MOST_STEPS}, or SW_STEPS_AUTO")));
@@ -176,21 +181,14 @@ pub unsafe extern "C" fn sw_state_positions_corrected(
         reading(state, |state| {
             let rows = vertex_rows(state.model(), out, format, 3, stride, n_vertices)?;
             let space = space_of(space)?;
+            let steps = steps_shown(state, steps);
+            check_steps(steps)?;
             state.check_range(space, rows.largest_coordinate())?;
-            let automatic = steps == SW_STEPS_AUTO;
-            if !automatic {
-                check_steps(steps)?;
-            }
-            if steps == 0 || (automatic && !state.is_corrected()) {
+            if steps == 0 {
                 write_own(&rows, state, space);
                 return Ok(());
             }
-            let x = if automatic {
-                state.positions_kept(space)?
-            } else {
-                state.positions_corrected(space, steps as usize)?
-            };
-            write_places(&rows, &x, "corrected")
+            write_places(&rows, &state.positions_corrected(space, steps as usize)?, "corrected")
         })
     }
 }

@@ -51,9 +51,9 @@ impl State {
         Ok(())
     }
 
-    /// The same, to the stable equilibrium of the full shell that is found from where two steps lead, or else from the pose, of a state without velocities, as
-    /// after [`State::equilibrium`], whose fields do not hold the shell ([`Model::needs_correction`](crate::Model::needs_correction)). Of any
-    /// other, and where none is found, nothing is kept.
+    /// The same, on to a stable equilibrium of the full shell. It is sought from where two steps lead, or else from the pose. This is for a state
+    /// without velocities, as after [`State::equilibrium`], whose fields do not hold the shell
+    /// ([`Model::needs_correction`](crate::Model::needs_correction)). Of any other, and where none is found, nothing is kept.
     ///
     /// Motion is left out: near a fold the inertia of a method that is far off leads astray.
     pub fn correct_as_needed(&mut self) -> Result<()> {
@@ -62,7 +62,7 @@ impl State {
         }
         let begun = unless_numerical(self.steps_toward(FIRST))?.map(|steps| steps.way);
         let mut found = None;
-        for way in [begun.as_deref(), None] {
+        for way in begun.iter().map(|way| Some(way.as_slice())).chain([None]) {
             if let Some((certificate, end)) = unless_numerical(self.estimate(way, &mut |_| Ok(())))?
                 && certificate.remaining <= BALANCED
             {
@@ -88,11 +88,6 @@ impl State {
         let by_fields = matches!(self.method(), Method::ReducedShell | Method::PolynomialShell | Method::AdaptiveShell);
         let may = self.moving_rest.is_none() && self.model.arithmetic == Arithmetic::Fastest;
         by_fields && may && self.model.needs_correction() && self.is_standing()
-    }
-
-    /// Positions (n_vertices) where [`State::correct`] led since the last step; where nothing is kept, those of the method.
-    pub fn positions_kept(&self, space: Space) -> Result<Vec<Vec3>> {
-        self.positions_corrected(space, usize::from(self.is_corrected()))
     }
 
     /// Whether [`State::correct`] led anywhere since the last step.

@@ -37,9 +37,7 @@ pub struct Report {
 pub struct Shown {
     /// Newton steps of the full shell first: [`State::positions_corrected`].
     pub corrections: usize,
-    /// Where [`State::correct`] led since the last step: [`State::positions_kept`]. Not with these.
-    pub kept: bool,
-    /// Out of the solids: [`State::positions_outside`]. Neither of both is then.
+    /// Out of the solids: [`State::positions_outside`]. Not both.
     pub outside: bool,
 }
 
@@ -270,7 +268,6 @@ impl State {
         }
         let x = match shown {
             Shown { outside: true, .. } => self.positions_outside(Space::Frame)?.0,
-            Shown { kept: true, .. } => self.positions_kept(Space::Frame)?,
             Shown { corrections, .. } => self.positions_corrected(Space::Frame, corrections)?,
         };
         if !velocities {

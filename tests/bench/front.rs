@@ -57,17 +57,12 @@ fn projection(model: &Model, exact: &[Vec3]) -> f64 {
     mass_error(&model.shell, &u, exact)
 }
 
-/// How far positions (n_vertices, frame axes) are off.
-fn off_by(scene: &Scene, x: &[Vec3], case: &Case) -> f64 {
-    let rest = &scene.shell.mesh.positions;
-    let u: Vec<Vec3> = x.iter().zip(rest).map(|(x, rest)| x - rest).collect();
-    mass_error(&scene.shell, &u, &case.exact)
-}
-
 /// What is left after Newton steps of the full shell from there.
 fn corrected(scene: &Scene, state: &State, steps: usize, case: &Case) -> Option<f64> {
+    let rest = &scene.shell.mesh.positions;
     let x = state.positions_corrected(Space::Frame, steps).ok()?;
-    Some(off_by(scene, &x, case))
+    let u: Vec<Vec3> = x.iter().zip(rest).map(|(x, rest)| x - rest).collect();
+    Some(mass_error(&scene.shell, &u, &case.exact))
 }
 
 fn off(scene: &Scene, state: &State, case: &Case) -> f64 {

@@ -193,7 +193,11 @@ fn a_hard_handle_stays_and_the_frame_carries_all() {
 
 fn offs(state: &State, exact: &[Vec3]) -> [f64; 2] {
     let shell = &state.model().shell;
-    [state.positions_corrected(Space::Frame, 0).unwrap(), state.positions_kept(Space::Frame).unwrap()].map(|x| {
+    [
+        state.positions_corrected(Space::Frame, 0).unwrap(),
+        state.positions_corrected(Space::Frame, usize::from(state.is_corrected())).unwrap(),
+    ]
+    .map(|x| {
         let u: Vec<Vec3> = x.iter().zip(&shell.mesh.positions).map(|(x, rest)| x - rest).collect();
         mass_error(shell, &u, exact)
     })

@@ -2,10 +2,10 @@
 
 use crate::cases::{self, Case};
 use crate::scenes::{Part, Scene};
-use crate::{AT, NEARLY, corrected, off_by};
+use crate::{AT, NEARLY, corrected};
 use shellwarp::model::{Model, Options};
 use shellwarp::reduced;
-use shellwarp::state::{Space, State};
+use shellwarp::state::State;
 use std::sync::Arc;
 
 /// Frames of the way from one strength to the next.
@@ -43,8 +43,8 @@ pub fn row(scene: &Scene, fields: usize) -> String {
         for (frames, errors) in [FRAMES, 1].into_iter().zip(&mut needed) {
             let mut correct = |state: &mut State| state.correct_as_needed().unwrap();
             let state = cases::led(scene, (&model, method), case, frames, &mut correct);
-            let kept = state.and_then(|state| state.positions_kept(Space::Frame).ok());
-            errors.push(kept.map_or(f64::INFINITY, |x| off_by(scene, &x, case)));
+            let kept = state.and_then(|state| corrected(scene, &state, usize::from(state.is_corrected()), case));
+            errors.push(kept.unwrap_or(f64::INFINITY));
         }
     }
     let cells: Vec<String> = errors.iter_mut().chain(&mut needed).map(|errors| cell(errors)).collect();
