@@ -628,6 +628,15 @@ typedef uint32_t (*SwProgressFn)(void *user, uint32_t phase, double fraction);
 // auto_operations these choose.
 #define SW_PRECOMPUTE_AUTO 2
 
+// SW_METHOD_AUTO may be SW_METHOD_SHELL_IMPLICIT, by steps of second order, where the shell has at
+// most 2,500 vertices and SW_PRECOMPUTE_AUTO or reduced_fields train it: where what was trained
+// misses more than a fifth of half of its training (training_error_median of SwModelInfo above
+// 0.2), and where SW_PRECOMPUTE_AUTO finds fewer than four equilibria. A step then takes a
+// hundredth of a second to a second, where fields take microseconds. States with
+// SW_STATE_DETERMINISTIC keep to the fields. With auto_error or auto_operations these choose. For
+// hosts that show one shell or a few; saved models keep the choice.
+#define SW_PRECOMPUTE_AUTO_FULL 4
+
 // The reduced shell's fields are the modes' own derivatives: no training, a fraction of the
 // precompute, and many times the error.
 #define SW_REDUCED_UNTRAINED 1
@@ -882,14 +891,15 @@ typedef struct SwModelInfo {
   double weight_moves;
   // How far it turns one, rad; 0 with SW_PRECOMPUTE_LINEAR, too.
   double weight_turns;
-  // What SW_METHOD_AUTO misses of the equilibria that its fields were trained on, relative, by
-  // mass: half of them by less. 0 where it is not chosen by them: by auto_error or auto_operations,
-  // without fields, without a training.
+  // What that form of the reduced shell which the training chose misses of the equilibria that its
+  // fields were trained on, relative, by mass: half of them by less. 0 where none was chosen by
+  // them: by auto_error or auto_operations, without fields, without a training.
   double training_error_median;
   // Nine tenths of them by less.
   double training_error_most;
-  // 1 where training_error_median is above 0.05: the fields do not hold the shell, and
-  // sw_state_correct takes steps by SW_STEPS_AUTO. SW_METHOD_SHELL_IMPLICIT is for its motion.
+  // 1 where training_error_median is above 0.05: the fields do not hold the shell as far as that
+  // moves it. SW_METHOD_SHELL_IMPLICIT is for its motion, which SW_METHOD_AUTO is above 0.2 with
+  // SW_PRECOMPUTE_AUTO_FULL; sw_state_correct by SW_STEPS_AUTO is for its equilibria by fields.
   uint32_t auto_corrects;
   // 0.
   uint32_t reserved;
@@ -968,7 +978,8 @@ SwStatus sw_model_mode_shape(const struct SwModel *model,
 // Linear modal analysis: u = Phi q, modal force Phi^T F.
 #define SW_METHOD_LMA 2
 // The full nonlinear shell by backward Euler with Newton's method: ground truth, seconds a frame on
-// large meshes. No amplitudes or damping ratios; saved states hold every vertex.
+// large meshes. No amplitudes, and one damping ratio, that of its slowest swing; saved states hold
+// every vertex.
 #define SW_METHOD_SHELL_IMPLICIT 3
 // The same by symplectic Euler; steps must be very short (the paper: 1/30000 s).
 #define SW_METHOD_SHELL_EXPLICIT 4
@@ -1007,7 +1018,9 @@ SwStatus sw_model_mode_shape(const struct SwModel *model,
 // SwPrecomputeDesc. Without these, of a model with a reduced shell, by reduced_fields or
 // SW_PRECOMPUTE_AUTO: SW_METHOD_POLYNOMIAL_SHELL where it met the training's equilibria as well as
 // SW_METHOD_REDUCED_SHELL; SW_METHOD_ADAPTIVE_SHELL where it did so up to a quarter of their size
-// or more; else SW_METHOD_REDUCED_SHELL. Of any other model what 0 stands for, the warp.
+// or more; else SW_METHOD_REDUCED_SHELL. Of any other model what 0 stands for, the warp. With
+// SW_PRECOMPUTE_AUTO_FULL it is SW_METHOD_SHELL_IMPLICIT where fields do not hold the shell, by
+// steps of second order whatever integrator is asked for.
 #define SW_METHOD_AUTO 7
 
 // Modes: any precompute.
@@ -1079,8 +1092,9 @@ typedef struct SwStateDesc {
 } SwStateDesc;
 
 // Damping of each mode: c = xi + zeta lambda + 2 ratio sqrt(lambda); of SW_METHOD_SHELL_... xi M +
-// zeta K, without ratios. All must be finite and not negative; 0 = none. It may be stronger on some
-// of the shell than on other parts, by factors at the vertices.
+// zeta K. That has no modes to damp one by one: of ratios that are all alike it takes the xi that
+// has this share of its slowest swing, and refuses others. All must be finite and not negative; 0 =
+// none. It may be stronger on some of the shell than on other parts, by factors at the vertices.
 typedef struct SwDampingDesc {
   // Set by sw_damping_desc_init.
   uint32_t struct_size;
@@ -2407,8 +2421,8 @@ SwStatus sw_state_plan_text(const struct SwState *state,
 
 /* What a state gets wrong, and another method for it ------------------------------------------- */
 
-// For sw_state_correct: on to the full shell's equilibrium, where fields do not hold the shell. For
-// what shows corrected positions: those that sw_state_correct kept since the last step.
+// For sw_state_correct: on to the full shell's equilibrium, where fields are more than 5 % off it.
+// For what shows corrected positions: those that sw_state_correct kept since the last step.
 #define SW_STEPS_AUTO 4294967295
 
 // How far a state is from the full nonlinear shell, by an estimate. The caller sets struct_size
@@ -2495,12 +2509,12 @@ SwStatus sw_state_certify_watched(const struct SwState *state,
 // and sw_state_save saves it: 8 bytes for each of 3 numbers a vertex and one an element of the
 // energy. sw_state_reset, sw_state_set_method and whatever puts the shell elsewhere forget it.
 // steps is 0 to 100; 0 forgets it. A nonlinear shell needs none. SW_STEPS_AUTO goes on to the full
-// shell's equilibrium, as sw_state_certify seeks it, where the state has no velocities, as after
-// sw_state_equilibrium, and auto_corrects of SwModelInfo is 1: of a state that moves by fields,
-// without SW_STATE_DETERMINISTIC, whose rest shape does not move. Of any other, and where it finds
-// none, it keeps nothing and succeeds. In motion it does nothing: near a fold the inertia of a
-// method that is far off leads astray. Each takes a factorization of the full shell's stiffness,
-// and the first call its analysis, which the model keeps. Allocates.
+// shell's equilibrium, as sw_state_certify seeks it, where that finds more than 5 % of the
+// displacement wrong. It is for states that move by fields and have no velocities, as after
+// sw_state_equilibrium, without SW_STATE_DETERMINISTIC, whose rest shape does not move. Of any
+// other, and where it finds none, it keeps nothing and succeeds. In motion it does nothing: near a
+// fold the inertia of a method that is far off leads astray. Each takes a factorization of the full
+// shell's stiffness, and the first call its analysis, which the model keeps. Allocates.
 // Errors: as sw_state_certify; what was kept before stays.
 SwStatus sw_state_correct(struct SwState *state,
                           uint32_t steps);
@@ -2555,7 +2569,7 @@ SwStatus sw_state_fall_back(struct SwState *state,
 // jump by that much. 0 is the default method of the model. States saved before belong to the method
 // that they were saved with. Allocates; on failure nothing has changed.
 // Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_UNSUPPORTED where the method cannot take a constraint
-// or the damping ratios that are set, or as by sw_state_create; SW_ERROR_NUMERICAL,
+// or damping ratios that differ from each other, or as by sw_state_create; SW_ERROR_NUMERICAL,
 // SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY.
 SwStatus sw_state_set_method(struct SwState *state,
                              uint32_t method);

@@ -8,6 +8,7 @@
 
 mod trials;
 
+use crate::error::unless_none;
 use crate::features::Feature;
 use crate::method::Method;
 use crate::model::front::{Candidate, Front};
@@ -55,16 +56,16 @@ pub fn precompute(shell: Arc<Shell>, options: &model::Options, budget: Budget, c
     judge.measure(&base, if options.linear { &warps[..1] } else { &warps }, callback)?;
     if demand.gravity != Vec3::zeros() && !options.linear {
         let sagged = model::Options { sag: demand.gravity, ..plain.clone() };
-        if let Some(model) = unless_refused(Model::precompute(shell.clone(), &sagged, callback))? {
-            judge.measure(&model, &warps[2..], callback)?;
+        if let Some(model) = unless_none(Model::precompute(shell.clone(), &sagged, callback))? {
+            judge.measure(&Arc::new(model), &warps[2..], callback)?;
         }
     }
     for fields in field_counts(options, base.modal.n_modes()) {
         let gravity = if options.reduced.gravity > 0.0 { options.reduced.gravity } else { demand.gravity.norm() };
         let reduced = reduced::Options { fields, gravity, ..options.reduced };
         let with_fields = model::Options { reduced, ..plain.clone() };
-        if let Some(model) = unless_refused(Model::precompute(shell.clone(), &with_fields, callback))? {
-            judge.measure(&model, &[Method::ReducedShell], callback)?;
+        if let Some(model) = unless_none(Model::precompute(shell.clone(), &with_fields, callback))? {
+            judge.measure(&Arc::new(model), &[Method::ReducedShell], callback)?;
         }
     }
     drop(base);
@@ -120,15 +121,6 @@ fn field_counts(options: &model::Options, modes: usize) -> Vec<usize> {
     let asked = if options.reduced.fields > 0 { options.reduced.fields } else { FIELDS };
     let most = asked.min(MAX_FIELDS.saturating_sub(modes));
     [most / 2, most].into_iter().filter(|fields| *fields > 0).collect()
-}
-
-/// Nothing where this shell, or this build, has no such model.
-fn unless_refused(model: Result<Model>) -> Result<Option<Arc<Model>>> {
-    match model {
-        Ok(model) => Ok(Some(Arc::new(model))),
-        Err(error) if matches!(error.kind, ErrorKind::Unsupported | ErrorKind::Numerical) => Ok(None),
-        Err(error) => Err(error),
-    }
 }
 
 /// Of those within the budget of operations, or the cheapest: the cheapest within the budget of errors, or the most accurate.

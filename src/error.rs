@@ -88,3 +88,12 @@ pub(crate) fn try_zeroed<T: Clone + Default>(what: &str, len: usize) -> Result<V
     v.resize(len, T::default());
     Ok(v)
 }
+
+/// Nothing where numbers, this shell or this build have none.
+pub(crate) fn unless_none<T>(found: Result<T>) -> Result<Option<T>> {
+    match found {
+        Ok(found) => Ok(Some(found)),
+        Err(error) if matches!(error.kind, ErrorKind::Numerical | ErrorKind::Unsupported) => Ok(None),
+        Err(error) => Err(error),
+    }
+}

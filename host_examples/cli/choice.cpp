@@ -40,11 +40,6 @@ double load_of_area(const Scene &scene) {
   return load;
 }
 
-bool may_be_full(const Scene &scene) {
-  return host::needs_choice(scene.method) && !(scene.auto_error > 0) && !(scene.auto_operations > 0) && !scene.reduced.fields && !scene.reduced.poses && !scene.sagged &&
-         !scene.comparison && !any_moves(scene);
-}
-
 void take_full_shell(Scene &scene) {
   scene.method = SW_METHOD_SHELL_IMPLICIT;
   scene.by_auto = true;
@@ -70,6 +65,11 @@ std::string advice_of_proxy(const Scene &scene, const Mesh &mesh, uint32_t n_fra
 }
 
 }  // namespace
+
+bool may_be_full(const Scene &scene) {
+  return host::needs_choice(scene.method) && !(scene.auto_error > 0) && !(scene.auto_operations > 0) && !scene.reduced.fields && !scene.reduced.poses && !scene.sagged &&
+         !scene.comparison && !any_moves(scene);
+}
 
 double limpness(const Scene &scene, const Mesh &mesh) {
   const double stiffness = bending_stiffness(scene.material), load = load_of_area(scene);
@@ -111,23 +111,24 @@ std::string settle_early(const Mesh &mesh, uint32_t n_frames, bool on_page, Scen
 }
 
 std::string settle_choice(const shellwarp::Model &model, const Mesh &mesh, uint32_t n_frames, Scene &scene) {
-  if (!host::needs_choice(scene.method) || !model.front().empty() || sw_model_offers(model.get(), SW_METHOD_REDUCED_SHELL) == SW_OK) return "";
-  const std::string why = sw_last_error_message();
-  if (why.find("too few to judge") == std::string::npos || mesh.n_vertices() > kMost || any_moves(scene) || scene.reduced.poses)
-    return std::string("auto is the ") + host::method_name(model.info().auto_method) + ": " + why;
+  if (!host::needs_choice(scene.method) || !model.front().empty()) return "";
+  const SwModelInfo info = model.info();
+  const bool has_fields = sw_model_offers(model.get(), SW_METHOD_REDUCED_SHELL) == SW_OK;
+  const std::string why = has_fields ? format("fields miss %.0f %% or more in half of their training", 100 * info.training_error_median) : sw_last_error_message();
+  const bool limp = !has_fields && why.find("too few to judge") != std::string::npos && mesh.n_vertices() <= kMost && !any_moves(scene) && !scene.reduced.poses;
+  if (info.auto_method != SW_METHOD_SHELL_IMPLICIT && !limp)
+    return has_fields ? "" : std::string("auto is the ") + host::method_name(info.auto_method) + ": " + why;
+  const bool has_polynomial = has_fields && sw_model_offers(model.get(), SW_METHOD_POLYNOMIAL_SHELL) == SW_OK;
+  const uint32_t fast = has_polynomial ? SW_METHOD_POLYNOMIAL_SHELL : has_fields ? SW_METHOD_REDUCED_SHELL : SW_METHOD_WARP;
   take_full_shell(scene);
-  return "auto is the full shell, whose steps take long: " + why + ". --method warp is fast, and told how far off" + advice_of_proxy(scene, mesh, n_frames);
+  return "auto is the full shell, whose steps take long: " + why + ". --method " + host::method_name(fast) + " is fast, and told how far off" + advice_of_proxy(scene, mesh, n_frames);
 }
 
-std::string settle_corrections(const shellwarp::Model &model, Scene &scene) {
-  if (scene.correction_steps != SW_STEPS_AUTO) return "";
-  const SwModelInfo info = model.info();
-  const uint32_t method = host::needs_choice(scene.method) ? info.auto_method : scene.method;
+void settle_corrections(const shellwarp::Model &model, Scene &scene) {
+  if (scene.correction_steps != SW_STEPS_AUTO) return;
+  const uint32_t method = host::method_taken(scene.method, model.info());
   const bool by_fields = method == SW_METHOD_POLYNOMIAL_SHELL || method == SW_METHOD_REDUCED_SHELL || method == SW_METHOD_ADAPTIVE_SHELL;
-  if (scene.is_static && by_fields && info.auto_corrects && !scene.push_out && !scene.deterministic)
-    return format("Newton steps of the full shell bring the equilibrium nearer: fields miss %.0f %% or more in half of their training; --correction-steps 0 leaves them out", 100 * info.training_error_median);
-  scene.correction_steps = 0;
-  return "";
+  if (!scene.is_static || !by_fields || scene.push_out || scene.deterministic) scene.correction_steps = 0;
 }
 
 std::string settle_steps(const Mesh &mesh, uint32_t n_frames, uint32_t method, const Run &run, Scene &scene) {

@@ -15,6 +15,9 @@ namespace cli {
 // 0 where stiffness is set by a frequency or a sag, or nothing loads it.
 double limpness(const Scene &scene, const Mesh &mesh);
 
+// Whether `auto` may be the full shell: nobody asked for fields, a budget or what it cannot do.
+bool may_be_full(const Scene &scene);
+
 // What a run by the full shell takes on two idle cores of 2020 and later, roughly; n vertices, limp.
 double seconds_of_full_shell(uint32_t n_vertices, double steps);
 
@@ -28,12 +31,12 @@ uint32_t vertices_for_minutes(double steps);
 // one becomes a proxy, whose vertices it asks for in scene.proxy. What there is to say: empty, or a sentence.
 std::string settle_early(const Mesh &mesh, uint32_t n_frames, bool on_page, Scene &scene);
 
-// After the precompute: why the automatic choice is not a reduced shell; empty where it is one, or went by a budget. Limp cloth that no training found at rest has the full
-// shell in place of the warp, which gets all of it wrong, where its steps take a fraction of a second.
+// After the precompute: why the automatic choice is not a reduced shell, empty where it is one, or went by a budget. The full shell is taken where the library chose it, as fields do
+// not hold the shell, and of limp cloth that no training found at rest, of more vertices too.
 std::string settle_choice(const shellwarp::Model &model, const Mesh &mesh, uint32_t n_frames, Scene &scene);
 
-// Where nobody said after how many Newton steps of the full shell a frame is shown: at equilibria as many as fields need, none in motion. Empty, or a sentence.
-std::string settle_corrections(const shellwarp::Model &model, Scene &scene);
+// Where nobody said after how many Newton steps of the full shell a frame is shown: at equilibria as many as fields need, none in motion.
+void settle_corrections(const shellwarp::Model &model, Scene &scene);
 
 // After a run, where nobody said how long a step is: more steps a frame, where their length costs what can be seen and they are quick. The sentence, or empty.
 std::string settle_steps(const Mesh &mesh, uint32_t n_frames, uint32_t method, const Run &run, Scene &scene);

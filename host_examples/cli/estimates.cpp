@@ -49,7 +49,7 @@ void estimate_errors(bool quiet, Run &run) {
 
 }  // namespace
 
-uint32_t method_of(const Scene &scene, const SwModelInfo &info) { return host::needs_choice(scene.method) ? info.auto_method : scene.method; }
+uint32_t method_of(const Scene &scene, const SwModelInfo &info) { return host::method_taken(scene.method, info); }
 
 std::string label_of(const Scene &scene, const SwModelInfo &info) {
   const std::string label = sw_method_label(scene.method);

@@ -102,7 +102,7 @@ frame_rate = 30
 steps_per_frame = 4     # more steps are more accurate; the run's last lines tell what the time step costs
 gravity = %s  # m/s^2
 modes = 16
-method = "auto"         # a reduced shell where it can be, else the warp; the others: docs/guide/methods.md
+method = "auto"         # a reduced shell where one holds the shape, else the full shell or the warp; the others: docs/guide/methods.md
 
 [damping]
 ratio = 0.05            # of critical: 0 swings for ever, 1 creeps

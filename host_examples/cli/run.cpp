@@ -155,10 +155,7 @@ int run_scene(Scene scene, const RunOptions &options, OutputFolder *folder, Page
     told.push_back(afterwards(note));
     if (host::is_full_shell(scene.method)) say(note, options.quiet);
   }
-  if (const std::string note = settle_corrections(model, scene); !note.empty()) {
-    told.push_back(afterwards(note));
-    say(note, options.quiet);
-  }
+  settle_corrections(model, scene);
   if (render) bind_render_mesh(scene, model, options.quiet, *render);
   const auto run_it = [&] {
     return attempt(scene, options, n_frames, mesh, handles, model, cache ? &*cache : nullptr, page || picture, keep_of(scene, options, mesh, model, folder != nullptr), render ? &*render : nullptr);

@@ -181,7 +181,7 @@ struct Scene {
   double duration = 5;  // s
   std::array<double, 3> gravity{};
   double stiffness_factor = 1;  // after the precompute
-  uint32_t correction_steps = SW_STEPS_AUTO;  // Newton steps of the full shell from each frame that is shown; SW_STEPS_AUTO: at equilibria, where fields do not hold the shell
+  uint32_t correction_steps = SW_STEPS_AUTO;  // Newton steps of the full shell from each frame that is shown; SW_STEPS_AUTO: at equilibria, where fields are far off
   bool push_out = false;          // frames are shown outside colliders
   std::vector<uint32_t> contact_patches{};  // vertices that are touched by what is smaller than the modes
   std::optional<double> patches_near{};     // as far from the colliders, where they stand first, patches are looked for

@@ -1,5 +1,6 @@
 #include "shell.hpp"
 
+#include "choice.hpp"
 #include "creases.hpp"
 #include "fibres.hpp"
 #include "material_maps.hpp"
@@ -126,12 +127,6 @@ SwSupportDesc support_desc(const SupportVertices &vertices) {
   return desc;
 }
 
-SwDampingDesc damping_desc(const Scene &scene, const shellwarp::Model &model) {
-  const std::vector<double> hertz = model.frequencies();
-  return host::damping(scene.method, scene.damping.ratio, scene.damping.mass, scene.damping.stiffness,
-                       hertz.empty() ? 0 : hertz[0]);
-}
-
 // At the vertices that are simulated.
 std::vector<double> damping_factors(const Damping &damping, const Mesh &mesh) {
   if (damping.factors.empty()) return {};
@@ -196,6 +191,7 @@ void add_patches_near(const Scene &scene, const shellwarp::Model &model, std::ve
 void add_choice(const Scene &scene, SwPrecomputeDesc &desc) {
   if (!(scene.auto_error > 0) && !(scene.auto_operations > 0)) {
     desc.flags |= SW_PRECOMPUTE_AUTO;
+    if (may_be_full(scene) && !scene.is_static && !scene.deterministic) desc.flags |= SW_PRECOMPUTE_AUTO_FULL;
     return;
   }
   desc.auto_error = scene.auto_error;
@@ -369,7 +365,7 @@ shellwarp::State make_state(const Scene &scene, const Mesh &mesh, const shellwar
   shellwarp::State state(model, desc);
   state.set_gravity(scene.gravity[0], scene.gravity[1], scene.gravity[2]);
   state.set_stiffness(scene.stiffness_factor);
-  SwDampingDesc damping = damping_desc(scene, model);
+  SwDampingDesc damping = host::damping(scene.damping.ratio, scene.damping.mass, scene.damping.stiffness);
   const std::vector<double> factors = damping_factors(scene.damping, mesh);
   damping.factors = factors.data();
   damping.factor_format = SW_FORMAT_F64;

@@ -7,7 +7,6 @@ namespace host {
 
 namespace {
 
-constexpr double kFullTurn = 6.283185307179586;
 
 std::vector<uint32_t> read_table() {
   std::vector<uint32_t> all(sw_method_count());
@@ -49,6 +48,8 @@ bool needs_fields(uint32_t method) { return sw_method_needs(method) == SW_NEEDS_
 
 bool needs_choice(uint32_t method) { return sw_method_needs(method) == SW_NEEDS_CHOICE; }
 
+uint32_t method_taken(uint32_t method, const SwModelInfo &info) { return needs_choice(method) ? info.auto_method : method; }
+
 bool moves_by_modes(uint32_t method) {
   return method == SW_METHOD_LMA || sw_method_needs(method) == SW_NEEDS_ROTATIONS;
 }
@@ -59,16 +60,12 @@ bool follows_by_fields(uint32_t method) {
   return needs_choice(method) || (moves_by_modes(method) && method != SW_METHOD_ROTATION_STRAIN);
 }
 
-SwDampingDesc damping(uint32_t method, const double &ratio, double mass, double stiffness, double slowest) {
+SwDampingDesc damping(const double &ratio, double mass, double stiffness) {
   SwDampingDesc desc = shellwarp::damping_desc();
   desc.mass_coefficient = mass;
   desc.stiffness_coefficient = stiffness;
-  if (is_full_shell(method)) {
-    desc.mass_coefficient += 2 * ratio * kFullTurn * slowest;
-  } else {
-    desc.ratios = &ratio;
-    desc.n_ratios = 1;
-  }
+  desc.ratios = &ratio;
+  desc.n_ratios = 1;
   return desc;
 }
 

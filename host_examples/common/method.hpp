@@ -24,6 +24,8 @@ int widest_method_name();
 // What a precompute must be told for a method: SwPrecomputeDesc.
 bool needs_fields(uint32_t method);
 bool needs_choice(uint32_t method);
+// What states move by: of the automatic choice, what the model took.
+uint32_t method_taken(uint32_t method, const SwModelInfo &info);
 
 // What hosts take unless told otherwise, Houdini and Blender too, which cannot read it here.
 constexpr uint32_t kDefaultMethod = SW_METHOD_AUTO;
@@ -40,9 +42,7 @@ bool is_full_shell(uint32_t method);
 // Supports that move against each other, by SwPrecomputeDesc.support_fields; the automatic choice is the warp then.
 bool follows_by_fields(uint32_t method);
 
-// Damping by a share of the critical, beside that by mass and stiffness. The full shell has no modes to damp one by
-// one: it gets the mass damping at which its slowest mode, `slowest` in Hz, has that share. `ratio` must outlive the
-// descriptor.
-SwDampingDesc damping(uint32_t method, const double &ratio, double mass, double stiffness, double slowest);
+// Damping by a share of the critical, beside that by mass and stiffness. `ratio` must outlive the descriptor.
+SwDampingDesc damping(const double &ratio, double mass, double stiffness);
 
 }  // namespace host

@@ -28,7 +28,7 @@ void ShellRunner::begin(const Inputs &inputs, uint64_t key, bool exact) {
     state_->set_frame(frame);
   } else {
     led_ = stand(*state_, inputs, true);  // the first to be moved after a reset are simply placed
-    if (is_full_shell(method_)) state_->equilibrium();  // it has its supports moved and nothing else
+    if (is_full_shell(method_taken(method_, model_->model().info()))) state_->equilibrium();  // it has its supports moved and nothing else
   }
   colliders_.place(*state_, inputs, unit_, true);
   cache_.store(0, {state_->save(), key, 0, 0, static_cast<float>(inputs.stiffness_factor), exact, led_, seen(inputs, 0, key)});

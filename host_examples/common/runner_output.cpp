@@ -7,8 +7,16 @@
 
 namespace host {
 
+static std::string of_full_shell(uint32_t method, const SwModelInfo &info) {
+  const std::string why = info.auto_corrects ? "fields miss " + number(std::round(100 * info.training_error_median)) + " % or more in half of their training"
+                                             : "no training of fields came to rest";
+  return "certified: it is the full nonlinear shell" + (needs_choice(method) ? ", which auto took: " + why : "");
+}
+
 // A sentence; the frame is whole without it.
-static std::string certificate_of(const shellwarp::State &state, uint32_t steps, const std::function<bool()> &interrupted) {
+static std::string certificate_of(const shellwarp::State &state, std::pair<uint32_t, SwModelInfo> model, uint32_t steps, const std::function<bool()> &interrupted) {
+  const auto &[method, info] = model;
+  if (is_full_shell(method_taken(method, info))) return of_full_shell(method, info);
   const auto watch = [&interrupted](double) {
     try {
       return !interrupted || !interrupted();
@@ -48,7 +56,7 @@ uint64_t ShellRunner::bytes() const {
 
 std::string ShellRunner::certificate(const std::function<bool()> &interrupted) const {
   if (!state_ || cache_.size() == 0) throw HostError("there are no frames yet: play from the start frame");
-  return certificate_of(*state_, shown_steps_, interrupted);
+  return certificate_of(*state_, {method_, model_->model().info()}, shown_steps_, interrupted);
 }
 
 void ShellRunner::show(const Request &request, const At &at) {
@@ -96,7 +104,7 @@ void ShellRunner::read(const shellwarp::State &state, const Request &request, co
   notes_.rest_stretched = report.rest_stretch;
   notes_.inside = inside / model_->model().info().size;
   notes_.supports_missed = report.support_miss / model_->model().info().size;
-  notes_.certified = request.certify ? certificate_of(state, shown_steps_, request.interrupted) : "";
+  notes_.certified = request.certify ? certificate_of(state, {method_, model_->model().info()}, shown_steps_, request.interrupted) : "";
 }
 
 // The library's frame goes with supports that are led, so what is read of the world is taken to where the object stands. Its own motion

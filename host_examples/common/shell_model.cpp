@@ -155,7 +155,7 @@ SwPrecomputeDesc precompute_desc(const Build &build) {
   desc.modes = build.modes;
   desc.precision = build.double_precision ? SW_PRECISION_F64 : SW_PRECISION_F32;
   if (needs_fields(build.method) || chosen_unasked(build)) desc.reduced_fields = build.reduced_fields;
-  if (chosen_unasked(build)) desc.flags |= SW_PRECOMPUTE_AUTO;
+  if (chosen_unasked(build)) desc.flags |= SW_PRECOMPUTE_AUTO | SW_PRECOMPUTE_AUTO_FULL;
   if (follows_by_fields(build.method)) desc.support_fields = build.support_fields;
   desc.contact_patches = build.contact_patches.data();
   desc.n_contact_patches = static_cast<uint32_t>(build.contact_patches.size());

@@ -39,9 +39,6 @@ public:
   uint32_t n_points() const { return static_cast<uint32_t>(rest_.size() / 3); }
   bool floats() const { return floats_; }  // nothing holds it
   const std::string &uncalibrated() const { return uncalibrated_; }  // why the stiffness of a proxy is not that of its asset
-  double slowest() const {
-    return slowest_;
-  }  // Hz of the slowest mode that swings, in the library's seconds; 0 where none does
 
   // Seconds of the library's clock in one of the scene's. Throws HostError where no mode swings, or where the shell cannot sag so far.
   double clock(const Stiffness &stiffness) const;
@@ -54,7 +51,7 @@ private:
   bool floats_;
   std::string uncalibrated_;
   shellwarp::Model model_;
-  double slowest_ = 0;
+  double slowest_ = 0;  // Hz of the slowest mode that swings, in the library's seconds; 0 where none does
   // The last sag that was asked for, and its clock: found once, by a search.
   struct Sag {
     double length;

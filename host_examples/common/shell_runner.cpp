@@ -243,8 +243,7 @@ void ShellRunner::restart(const Request &request) {
   desc.method = request.build.method;
   desc.integrator = motion.implicit_euler ? SW_INTEGRATOR_IMPLICIT_EULER : SW_INTEGRATOR_SECOND_ORDER;  // of modes the exact one
   shellwarp::State state(model_->model(), desc);
-  SwDampingDesc slows =
-      damping(request.build.method, motion.damping_ratio, motion.damping_mass / clock, motion.damping_stiffness * clock, model_->slowest());
+  SwDampingDesc slows = damping(motion.damping_ratio, motion.damping_mass / clock, motion.damping_stiffness * clock);
   slows.factors = motion.damping_map.data(), slows.factor_format = SW_FORMAT_F64;
   slows.n_factors = static_cast<uint32_t>(motion.damping_map.size());
   state.set_damping(slows);

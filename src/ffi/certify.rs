@@ -1,7 +1,7 @@
 //! What a state gets wrong, and another method for it.
 
 use super::floats::as_the_host;
-use super::method::method_of;
+use super::method::{SW_METHOD_AUTO, method_of};
 use super::model::vertex_rows;
 use super::output::{space_of, write_own, write_places};
 use super::precompute::answered;
@@ -14,7 +14,7 @@ use std::ffi::c_void;
 /// Of a correction: more would take as long as the full shell's own search.
 pub(super) const MOST_STEPS: u32 = 100;
 
-/// For sw_state_correct: on to the full shell's equilibrium, where fields do not hold the shell. For what shows corrected positions: those that
+/// For sw_state_correct: on to the full shell's equilibrium, where fields are more than 5 % off it. For what shows corrected positions: those that
 /// sw_state_correct kept since the last step.
 pub const SW_STEPS_AUTO: u32 = 0xffff_ffff;
 
@@ -128,8 +128,8 @@ fn certificate_of(found: &Certificate, method: Method) -> SwCertificate {
 /// moved along with the method's pose, or from that pose where this leaves far less of the force. So one step a frame is enough also where the shell buckles, once it has
 /// caught up. A copy of the state has its own, and sw_state_save saves it: 8 bytes for each of 3 numbers a vertex and one an element of the energy.
 /// sw_state_reset, sw_state_set_method and whatever puts the shell elsewhere forget it. steps is 0 to 100; 0 forgets it. A nonlinear shell
-/// needs none. SW_STEPS_AUTO goes on to the full shell's equilibrium, as sw_state_certify seeks it, where the state has no velocities, as after sw_state_equilibrium, and auto_corrects of
-/// SwModelInfo is 1: of a state that moves by fields, without SW_STATE_DETERMINISTIC, whose rest shape does not move. Of any other, and where it finds none, it keeps
+/// needs none. SW_STEPS_AUTO goes on to the full shell's equilibrium, as sw_state_certify seeks it, where that finds more than 5 % of the displacement wrong. It is for states that move by
+/// fields and have no velocities, as after sw_state_equilibrium, without SW_STATE_DETERMINISTIC, whose rest shape does not move. Of any other, and where it finds none, it keeps
 /// nothing and succeeds. In motion it does nothing: near a fold the inertia of a method that is far off leads astray. Each takes a factorization of the full shell's stiffness, and the first call its analysis, which the model keeps. Allocates.
 /// Errors: as sw_state_certify; what was kept before stays.
 #[unsafe(no_mangle)]
@@ -227,15 +227,17 @@ pub unsafe extern "C" fn sw_state_fall_back(state: *mut SwState, certificate: *m
 /// its range, SW_METHOD_WARP_VIRTUAL_WORK or SW_METHOD_WARP goes on, and back again. To SW_METHOD_SHELL_IMPLICIT nothing is lost; to
 /// fields or modes, what these do not span, so vertices jump by that much. 0 is the default method of the model. States saved before
 /// belong to the method that they were saved with. Allocates; on failure nothing has changed.
-/// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_UNSUPPORTED where the method cannot take a constraint or the damping ratios that are set,
+/// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_UNSUPPORTED where the method cannot take a constraint or damping ratios that differ from each other,
 /// or as by sw_state_create; SW_ERROR_NUMERICAL, SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sw_state_set_method(state: *mut SwState, method: u32) -> SwStatus {
     // SAFETY: `switching` refuses NULL; the host passes a live state.
     unsafe {
         switching(state, |state| {
-            let method = method_of("method", state.model(), method)?;
-            Ok(state.set_method(method)?)
+            Ok(match method {
+                SW_METHOD_AUTO => state.set_chosen_method(),
+                _ => state.set_method(method_of("method", state.model(), method)?),
+            }?)
         })
     }
 }

@@ -107,13 +107,13 @@ pub struct SwModelInfo {
     pub weight_moves: f64,
     /// How far it turns one, rad; 0 with SW_PRECOMPUTE_LINEAR, too.
     pub weight_turns: f64,
-    /// What SW_METHOD_AUTO misses of the equilibria that its fields were trained on, relative, by mass: half of them by less. 0 where it is not chosen
-    /// by them: by auto_error or auto_operations, without fields, without a training.
+    /// What that form of the reduced shell which the training chose misses of the equilibria that its fields were trained on, relative, by mass: half of them by less. 0 where
+    /// none was chosen by them: by auto_error or auto_operations, without fields, without a training.
     pub training_error_median: f64,
     /// Nine tenths of them by less.
     pub training_error_most: f64,
-    /// 1 where training_error_median is above 0.05: the fields do not hold the shell, and sw_state_correct takes steps by SW_STEPS_AUTO. SW_METHOD_SHELL_IMPLICIT
-    /// is for its motion.
+    /// 1 where training_error_median is above 0.05: the fields do not hold the shell as far as that moves it. SW_METHOD_SHELL_IMPLICIT is for its motion, which SW_METHOD_AUTO is above
+    /// 0.2 with SW_PRECOMPUTE_AUTO_FULL; sw_state_correct by SW_STEPS_AUTO is for its equilibria by fields.
     pub auto_corrects: u32,
     /// 0.
     pub reserved: u32,

@@ -13,7 +13,7 @@ pub const SW_METHOD_WARP: u32 = 1;
 /// Linear modal analysis: u = Phi q, modal force Phi^T F.
 pub const SW_METHOD_LMA: u32 = 2;
 /// The full nonlinear shell by backward Euler with Newton's method: ground truth, seconds a frame on large meshes. No
-/// amplitudes or damping ratios; saved states hold every vertex.
+/// amplitudes, and one damping ratio, that of its slowest swing; saved states hold every vertex.
 pub const SW_METHOD_SHELL_IMPLICIT: u32 = 3;
 /// The same by symplectic Euler; steps must be very short (the paper: 1/30000 s).
 pub const SW_METHOD_SHELL_EXPLICIT: u32 = 4;
@@ -45,6 +45,7 @@ pub const SW_METHOD_ROTATION_STRAIN: u32 = 8;
 /// The method that the precompute chose for the scene by auto_error, auto_operations or both: see SwPrecomputeDesc. Without these, of a
 /// model with a reduced shell, by reduced_fields or SW_PRECOMPUTE_AUTO: SW_METHOD_POLYNOMIAL_SHELL where it met the training's equilibria as
 /// well as SW_METHOD_REDUCED_SHELL; SW_METHOD_ADAPTIVE_SHELL where it did so up to a quarter of their size or more; else SW_METHOD_REDUCED_SHELL. Of any other model what 0 stands for, the warp.
+/// With SW_PRECOMPUTE_AUTO_FULL it is SW_METHOD_SHELL_IMPLICIT where fields do not hold the shell, by steps of second order whatever integrator is asked for.
 pub const SW_METHOD_AUTO: u32 = 7;
 
 /// Modes: any precompute.

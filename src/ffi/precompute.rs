@@ -72,6 +72,12 @@ pub const SW_PRECOMPUTE_LINEAR: u32 = 1;
 /// With auto_error or auto_operations these choose.
 pub const SW_PRECOMPUTE_AUTO: u32 = 2;
 
+/// SW_METHOD_AUTO may be SW_METHOD_SHELL_IMPLICIT, by steps of second order, where the shell has at most 2,500 vertices and SW_PRECOMPUTE_AUTO or reduced_fields train it: where what was
+/// trained misses more than a fifth of half of its training (training_error_median of SwModelInfo above 0.2), and where SW_PRECOMPUTE_AUTO finds fewer than four equilibria. A step then
+/// takes a hundredth of a second to a second, where fields take microseconds. States with SW_STATE_DETERMINISTIC keep to the fields. With auto_error or auto_operations
+/// these choose. For hosts that show one shell or a few; saved models keep the choice.
+pub const SW_PRECOMPUTE_AUTO_FULL: u32 = 4;
+
 /// The reduced shell's fields are the modes' own derivatives: no training, a fraction of the precompute, and many times the error.
 pub const SW_REDUCED_UNTRAINED: u32 = 1;
 
@@ -243,7 +249,8 @@ pub unsafe extern "C" fn sw_model_precompute(model: *mut SwModel, desc: *const S
 /// # Safety
 /// `desc.handles` points to `desc.n_handles` vertices.
 unsafe fn read_options(desc: &SwPrecomputeDesc) -> Result<(Options, Option<Budget>), Fault> {
-    check_flags("desc->flags", desc.flags, SW_PRECOMPUTE_LINEAR | SW_PRECOMPUTE_AUTO)?;
+    let known = SW_PRECOMPUTE_LINEAR | SW_PRECOMPUTE_AUTO | SW_PRECOMPUTE_AUTO_FULL;
+    check_flags("desc->flags", desc.flags, known)?;
     let known = [(0, Precision::F32), (SW_PRECISION_F32, Precision::F32), (SW_PRECISION_F64, Precision::F64)];
     let known: Vec<_> = known.into_iter().chain([(SW_PRECISION_I16, Precision::I16)]).collect();
     let precision = enumerant("desc->precision", desc.precision, &known)?;
@@ -277,6 +284,7 @@ unsafe fn read_options(desc: &SwPrecomputeDesc) -> Result<(Options, Option<Budge
         },
         handles,
         support_fields: desc.support_fields as usize,
+        may_be_full: desc.flags & SW_PRECOMPUTE_AUTO_FULL != 0,
     };
     if budget.is_some() && options.support_fields > 0 {
         return Err(Fault::argument("desc->support_fields: not with auto_error or auto_operations"));
@@ -374,7 +382,7 @@ fn log_certificate(model: &Model) {
         log(SW_LOG_WARNING, &format!("{message} {:.0e} only: stiffness or triangle sizes differ much", c.disagreement));
     }
     if let Some(why) = &model.without_reduced {
-        log(SW_LOG_INFO, &format!("no reduced shell: {why}. SW_METHOD_AUTO is {}", model.chosen_method()));
+        log(SW_LOG_INFO, &format!("no reduced shell: {}. SW_METHOD_AUTO is {}", why.message, model.chosen_method()));
     }
     if model.modal.zero_modes > 0 {
         log(

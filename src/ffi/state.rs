@@ -3,7 +3,7 @@
 pub use super::output::*;
 
 use super::guard::{guard, read, write};
-use super::method::method_of;
+use super::method::{SW_METHOD_AUTO, method_of};
 use super::model::{SwModel, check_vertex_count};
 use super::pointer::{
     VectorRows, byte_slice, check_flags, copy_out, enumerant, not_null, object, put, read_array, read_list,
@@ -53,8 +53,8 @@ pub struct SwStateDesc {
 
 described!(SwStateDesc, flags);
 
-/// Damping of each mode: c = xi + zeta lambda + 2 ratio sqrt(lambda); of SW_METHOD_SHELL_... xi M + zeta K, without ratios. All must
-/// be finite and not negative; 0 = none. It may be stronger on some of the shell than on other parts, by factors at the vertices.
+/// Damping of each mode: c = xi + zeta lambda + 2 ratio sqrt(lambda); of SW_METHOD_SHELL_... xi M + zeta K. That has no modes to
+/// damp one by one: of ratios that are all alike it takes the xi that has this share of its slowest swing, and refuses others. All must be finite and not negative; 0 = none. It may be stronger on some of the shell than on other parts, by factors at the vertices.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct SwDampingDesc {
@@ -188,10 +188,14 @@ pub unsafe extern "C" fn sw_state_create(
                 (SW_INTEGRATOR_EXACT, Integrator::Exact),
                 (SW_INTEGRATOR_SECOND_ORDER, Integrator::SecondOrder),
             ];
-            let method = method_of("desc->method", &model, desc.method)?;
             let integrator = enumerant("desc->integrator", desc.integrator, &integrators)?;
             let arithmetic = if desc.flags == 0 { Arithmetic::Fastest } else { Arithmetic::Portable };
-            put(state, new_handle(State::new(model.with_arithmetic(arithmetic)?, method, integrator)?));
+            let model = model.with_arithmetic(arithmetic)?;
+            let made = match desc.method {
+                SW_METHOD_AUTO => State::of_choice(model, integrator),
+                method => State::new(model.clone(), method_of("desc->method", &model, method)?, integrator),
+            };
+            put(state, new_handle(made?));
         }
         Ok(())
     })

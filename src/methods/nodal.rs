@@ -8,6 +8,7 @@ use super::{Acting, Damping, Motion, ROTATION_RANGE, Reaction, WriteRotation, un
 use crate::constraint::{ConstraintSet, Outcome};
 use crate::features::{Feature, NonlinearShell, Proof};
 use crate::method::Method;
+use crate::modal::ModalBasis;
 use crate::modes::supported;
 use crate::reference::{Equilibrium, Rayleigh, Solver, vertex_rotations};
 use crate::step::Integrator;
@@ -34,6 +35,8 @@ struct Nodal {
     /// Implicit steps have two stages where they can.
     second_order: bool,
     damping: Rayleigh,
+    /// Whose slowest swing has the damping ratio.
+    modal: Arc<ModalBasis>,
     /// What ξ is multiplied by at each vertex, or none.
     factors: Arc<[f64]>,
     constraints: ConstraintSet,
@@ -65,6 +68,7 @@ pub fn build(model: &Model, method: Method, integrator: Integrator) -> Result<Bo
         explicit: method == Method::ExplicitShell,
         second_order: method == Method::ImplicitShell && integrator == Integrator::SecondOrder,
         damping: Rayleigh::default(),
+        modal: model.modal.clone(),
         factors: Arc::default(),
         constraints: ConstraintSet::default(),
         supported: supported(&model.shell).into(),
@@ -217,6 +221,7 @@ impl Motion for Nodal {
             explicit: self.explicit,
             second_order: self.second_order,
             damping: self.damping,
+            modal: self.modal.clone(),
             factors: self.factors.clone(),
             constraints: self.constraints.clone(),
             supported: self.supported.clone(),
@@ -383,10 +388,13 @@ impl Motion for Nodal {
     }
 
     fn set_damping(&mut self, damping: &Damping) -> Result<bool> {
-        if !damping.ratios.is_empty() {
-            return unsupported("damping ratios");
+        if damping.ratios.windows(2).any(|two| two[0] != two[1]) {
+            return unsupported("damping ratios that differ");
         }
-        self.damping = Rayleigh { mass: damping.mass_coefficient, stiffness: damping.stiffness_coefficient };
+        let by_ratio = damping.uniform_by_ratio(&self.modal.eigenvalues)?;
+        let slowest = by_ratio.iter().zip(&self.modal.eigenvalues).find(|(_, lambda)| **lambda > 0.0);
+        let mass = damping.mass_coefficient + slowest.map_or(0.0, |(by_ratio, _)| *by_ratio);
+        self.damping = Rayleigh { mass, stiffness: damping.stiffness_coefficient };
         self.factors = damping.factors.clone();
         Ok(true)
     }

@@ -35,6 +35,7 @@
 //! | "REDU" | the reduced shell: see `reduced/saved.rs` |
 //! | "POLY" | its energy as a polynomial, if it has one: see `reduced/polynomial/saved.rs` |
 //! | "AUTO" | the front of a chosen method: see `model/front.rs` |
+//! | "FULL" | nothing: the choice is the full shell |
 //!
 //! A section that this library does not know is an error: the model would mean something else without it.
 //!
@@ -179,6 +180,7 @@ impl Model {
             certificate,
             front,
             without_reduced: None,
+            takes_full_shell: sections.full_shell.is_some(),
             reduced: reduced.map(Arc::new),
             solvers: Default::default(),
             strain: Default::default(),

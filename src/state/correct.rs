@@ -7,9 +7,10 @@
 use super::certify::BALANCED;
 use super::{Space, State};
 use crate::arithmetic::Arithmetic;
-use crate::error::{invalid, try_zeroed};
+use crate::error::{invalid, try_zeroed, unless_none};
 use crate::features::Feature;
 use crate::method::Method;
+use crate::model::NEAR;
 use crate::reference::Correcting;
 use crate::support::Pose;
 use crate::{Error, ErrorKind, Result, Vec3};
@@ -51,27 +52,30 @@ impl State {
         Ok(())
     }
 
-    /// The same, on to a stable equilibrium of the full shell. It is sought from where two steps lead, or else from the pose. This is for a state
-    /// without velocities, as after [`State::equilibrium`], whose fields do not hold the shell
-    /// ([`Model::needs_correction`](crate::Model::needs_correction)). Of any other, and where none is found, nothing is kept.
+    /// The same, on to a stable equilibrium of the full shell, of a state without velocities, as after [`State::equilibrium`], that moves by fields: where
+    /// a certificate finds more than 5 % of its displacement wrong. It is sought from where two steps lead, or else from the pose. Of any other state, and where
+    /// none is found, nothing is kept.
     ///
     /// Motion is left out: near a fold the inertia of a method that is far off leads astray.
     pub fn correct_as_needed(&mut self) -> Result<()> {
-        if !self.is_helped_by_steps() {
-            return self.correct(0);
-        }
-        let begun = unless_numerical(self.steps_toward(FIRST))?.map(|steps| steps.way);
-        let mut found = None;
-        for way in begun.iter().map(|way| Some(way.as_slice())).chain([None]) {
-            if let Some((certificate, end)) = unless_numerical(self.estimate(way, &mut |_| Ok(())))?
-                && certificate.remaining <= BALANCED
-            {
-                found = Some(KeptCorrection { steps: self.way_to(&end), is_current: true });
-                break;
-            }
-        }
-        self.correction = found.map(Box::new);
+        self.correction = match self.may_be_helped() {
+            true => self.way_to_equilibrium()?.map(|steps| Box::new(KeptCorrection { steps, is_current: true })),
+            false => None,
+        };
         Ok(())
+    }
+
+    /// Nothing where the pose is near the full shell, or where no equilibrium is found.
+    fn way_to_equilibrium(&self) -> Result<Option<Correcting>> {
+        let own = unless_none(self.estimate(None, &mut |_| Ok(())))?;
+        if own.as_ref().is_some_and(|(certificate, _)| certificate.error <= NEAR) {
+            return Ok(None);
+        }
+        let begun = unless_none(self.steps_toward(FIRST))?;
+        let from_there = |begun: Correcting| unless_none(self.estimate(Some(&begun.way), &mut |_| Ok(())));
+        let led = begun.map(from_there).transpose()?.flatten();
+        let balanced = [led, own].into_iter().flatten().find(|(certificate, _)| certificate.remaining <= BALANCED);
+        Ok(balanced.map(|(_, end)| self.way_to(&end)))
     }
 
     /// As if steps had led to a pose (n_vertices, frame axes), with the stresses that it has.
@@ -84,10 +88,10 @@ impl State {
     }
 
     /// Not while its rest shape moves, nor where it has the same bits on every processor, which steps of the full shell have not.
-    fn is_helped_by_steps(&self) -> bool {
+    fn may_be_helped(&self) -> bool {
         let by_fields = matches!(self.method(), Method::ReducedShell | Method::PolynomialShell | Method::AdaptiveShell);
         let may = self.moving_rest.is_none() && self.model.arithmetic == Arithmetic::Fastest;
-        by_fields && may && self.model.needs_correction() && self.is_standing()
+        by_fields && may && self.is_standing()
     }
 
     /// Whether [`State::correct`] led anywhere since the last step.
@@ -164,15 +168,6 @@ impl State {
         let way = way.chunks_exact(3).map(Vec3::from_column_slice).collect();
         let steps = Correcting { way, stress: stress.to_vec() };
         self.correction = Some(Box::new(KeptCorrection { steps, is_current: *is_current == 1.0 }));
-    }
-}
-
-/// Nothing where numbers, or this shell, have none.
-fn unless_numerical<T>(found: Result<T>) -> Result<Option<T>> {
-    match found {
-        Ok(found) => Ok(Some(found)),
-        Err(error) if matches!(error.kind, ErrorKind::Numerical | ErrorKind::Unsupported) => Ok(None),
-        Err(error) => Err(error),
     }
 }
 

@@ -138,6 +138,13 @@ impl State {
         })
     }
 
+    /// The same by the method of the model's choice. The full shell then moves by steps of second order.
+    pub fn of_choice(model: Arc<Model>, integrator: Integrator) -> Result<Self> {
+        let method = model.chosen_method();
+        let chosen = Self::new(model, method, switch::chosen_steps(method, integrator))?;
+        Ok(Self { integrator, ..chosen })
+    }
+
     /// An independent copy.
     pub fn try_clone(&self) -> Result<Self> {
         let mut copy = Self {

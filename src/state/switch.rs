@@ -3,7 +3,13 @@
 use super::{Method, State};
 use crate::error::try_zeroed;
 use crate::methods;
+use crate::step::Integrator;
 use crate::{Result, Vec3};
+
+/// How a method moves that was chosen: the full shell by steps of second order, as the fields that it stands in for.
+pub(super) fn chosen_steps(method: Method, asked: Integrator) -> Integrator {
+    if method == Method::ImplicitShell { Integrator::SecondOrder } else { asked }
+}
 
 impl State {
     /// Goes on by another method from the pose and the velocities nearest to the present ones in the mass norm, with the same time,
@@ -14,9 +20,19 @@ impl State {
         if method == self.method() { Ok(()) } else { self.change_method(method) }
     }
 
+    /// The same by the method of the model's choice.
+    pub fn set_chosen_method(&mut self) -> Result<()> {
+        let method = self.model.chosen_method();
+        if method == self.method() { Ok(()) } else { self.change_to((method, chosen_steps(method, self.integrator))) }
+    }
+
     /// The same, whatever the state's arithmetic is.
     pub(super) fn change_method(&mut self, method: Method) -> Result<()> {
-        let mut next = methods::build(&self.model, method, self.integrator)?;
+        self.change_to((method, self.integrator))
+    }
+
+    fn change_to(&mut self, (method, integrator): (Method, Integrator)) -> Result<()> {
+        let mut next = methods::build(&self.model, method, integrator)?;
         if self.moving_rest.is_some() {
             self.check_method_can_move_rest(&*next)?;
         }

@@ -182,7 +182,7 @@ fn contenders(scene: &Scene, specs: &str) -> Vec<Contender> {
     for spec in specs.split_whitespace() {
         let n: Vec<usize> = spec.split(',').map(|n| n.parse().unwrap()).collect();
         let reduced = reduced::Options { fields: n[0], elements: n[1], poses: n[2], ..Default::default() };
-        let options = Options { modes: 8, reduced, ..Options::default() };
+        let options = Options { modes: 8, reduced, may_be_full: true, ..Options::default() };
         let start = Instant::now();
         let model = Arc::new(Model::precompute(scene.shell.clone(), &options, &mut |_, _| Ok(())).unwrap());
         let reduced = model.reduced.as_ref().unwrap();
@@ -197,8 +197,10 @@ fn contenders(scene: &Scene, specs: &str) -> Vec<Contender> {
             println!("  {:?}: {:?}", model.chosen_method(), polynomial.gate);
         }
         let mut forms = vec![Method::ReducedShell, Method::PolynomialShell];
-        if !forms.contains(&model.chosen_method()) {
-            forms.push(model.chosen_method());
+        for chosen in [model.chosen_form(), model.chosen_method()] {
+            if !forms.contains(&chosen) {
+                forms.push(chosen);
+            }
         }
         all.extend(forms.into_iter().map(|method| Contender { spec: spec.to_owned(), method, model: model.clone() }));
     }

@@ -100,6 +100,7 @@ fn model_on(n: usize, modes: usize, basis: impl FnOnce(&Shell) -> AnyBasis) -> A
         reduced_fingerprint: 0,
         front: None,
         without_reduced: None,
+        takes_full_shell: false,
         solvers: Default::default(),
         shell,
     })

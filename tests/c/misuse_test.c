@@ -1063,13 +1063,17 @@ static void a_nonlinear_shell_says_what_it_does_not_offer(void) {
   SwModel *model = ready_model();
   for (uint32_t method = SW_METHOD_SHELL_IMPLICIT; method <= SW_METHOD_SHELL_EXPLICIT; ++method) {
     SwState *state = new_state(model, method, 0);
-    double four[4] = {7, 7, 7, 7}, rates[4] = {7, 7, 7, 7};
+    double four[4] = {7, 7, 7, 7}, rates[4] = {7, 7, 7, 7}, differ[4] = {0.1, 0.1, 0.2, 0.1};
     uint32_t count = 77;
     SwDampingDesc damping;
     sw_damping_desc_init(&damping);
-    damping.ratios = four;
+    damping.ratios = differ;
+    damping.n_ratios = 4;
+    FAILS(sw_state_set_damping(state, &damping), SW_ERROR_UNSUPPORTED, "damping ratios that differ");
+    damping.n_ratios = 2;
+    FAILS(sw_state_set_damping(state, &damping), SW_ERROR_INVALID_ARGUMENT, "desc->n_ratios is 2: give no ratios, 1 or 4");
     damping.n_ratios = 1;
-    FAILS(sw_state_set_damping(state, &damping), SW_ERROR_UNSUPPORTED, "damping");
+    OK(sw_state_set_damping(state, &damping));
     FAILS(sw_state_set_amplitudes(state, four, rates, 4), SW_ERROR_UNSUPPORTED, "amplitudes");
     FAILS(sw_state_amplitudes(state, four, rates, 4, &count), SW_ERROR_UNSUPPORTED, "amplitudes");
     CHECK(four[0] == 7 && rates[0] == 7 && count == 77);

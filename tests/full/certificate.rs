@@ -318,7 +318,12 @@ fn a_method_that_cannot_take_what_is_set_is_refused_and_nothing_changes() {
     let target = Target::Orientation(nalgebra::UnitQuaternion::from_scaled_axis(Vec3::new(0.0, 0.2, 0.0)));
     turned.set_constraint(Constraint { id: 1, vertex: 204, axes: [true; 3], compliance: 0.0, target }).unwrap();
     let mut damped = state(vee(), Method::ReducedShell);
-    damped.set_damping(&Damping { ratios: vec![0.1], ..Damping::default() }).unwrap();
+    let mut ratios = vec![0.1; vee().modal.n_modes()];
+    damped.set_damping(&Damping { ratios: ratios.clone(), ..Damping::default() }).unwrap();
+    damped.set_method(Method::ImplicitShell).unwrap(); // which takes one that all share
+    damped.set_method(Method::ReducedShell).unwrap();
+    ratios[1] = 0.2;
+    damped.set_damping(&Damping { ratios, ..Damping::default() }).unwrap();
     for (state, to) in [(&mut turned, Method::LinearModalAnalysis), (&mut damped, Method::ImplicitShell)] {
         state.set_gravity(Vec3::new(0.0, 0.0, -1.0)).unwrap();
         state.step(0.01).unwrap();

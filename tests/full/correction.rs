@@ -204,20 +204,20 @@ fn offs(state: &State, exact: &[Vec3]) -> [f64; 2] {
 }
 
 #[test]
-fn as_many_steps_as_needed_bring_an_equilibrium_to_the_full_shell_where_fields_do_not_hold_it() {
+fn as_many_steps_as_needed_bring_an_equilibrium_to_the_full_shell_where_it_is_far_off() {
     let [poor, good] = [1, 24].map(|fields| model(leaf(1), fields, 20));
     assert!(poor.needs_correction() && !good.needs_correction(), "{:?}", [&poor, &good].map(|m| m.training_errors()));
-    let forces = gravity(&poor.shell, [0.4, 0.5, -0.77], 0.1);
-    for model in [&poor, &good] {
-        let (mut state, exact) = resting(model, &forces);
+    // By the pose, not by the training: what the good one misses under the stronger load is 7 %.
+    for (model, aim, needed) in [(&poor, 0.1, true), (&good, 0.1, true), (&good, 0.01, false)] {
+        let (mut state, exact) = resting(model, &gravity(&model.shell, [0.4, 0.5, -0.77], aim));
         state.correct_as_needed().unwrap();
         let ([own, kept], certificate) = (offs(&state, &exact), state.certify().unwrap());
         println!("{own} without steps, {kept} as needed, {certificate:?}");
-        assert_eq!(state.is_corrected(), model.needs_correction());
+        assert!(state.is_corrected() == needed && needed == (own > 0.05), "{own}");
         let [told, _] = certificate.corrected;
         if state.is_corrected() {
             // Both are equilibria to 1e-6 of the force or less; rounding is all that is between them.
-            assert!(own > 0.05 && kept < 1e-4 * own && told < 1e-4 * own);
+            assert!(kept < 1e-4 * own && told < 1e-4 * own);
         } else {
             assert!(kept == own && told == certificate.error);
         }

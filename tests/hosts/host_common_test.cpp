@@ -562,6 +562,40 @@ void the_default_method_moves_what_is_held_what_falls_and_what_is_led() {
     }
 }
 
+// Half a tube of paper, three points of an end held, which one field does not hold: the automatic choice is the full shell, and says so.
+void the_automatic_choice_is_the_full_shell_where_fields_do_not_hold_the_mesh() {
+  Request arch = strip_request();
+  arch.mesh.points.clear(), arch.mesh.triangles.clear();
+  for (int i = 0; i < 6; ++i)
+    for (int j = 0; j < 9; ++j) {
+      const double turn = 3.0 / 8 * j;
+      arch.mesh.points.insert(arch.mesh.points.end(), {0.1 * i, 0.2 * std::sin(turn), 0.2 * std::cos(turn)});
+    }
+  for (uint32_t i = 0; i < 5; ++i)
+    for (uint32_t j = 0; j < 8; ++j) {
+      const uint32_t v = 9 * i + j;
+      for (const uint32_t corner : {v, v + 9, v + 10, v, v + 10, v + 1}) arch.mesh.triangles.push_back(corner);
+    }
+  arch.build.held = {0, 1, 2};
+  arch.build.stiffness.by = host::Stiffness::By::material;
+  arch.build.stiffness.stretch = 1e4, arch.build.stiffness.bend = 0.05, arch.build.stiffness.density = 1;
+  arch.build.modes = 2, arch.build.reduced_fields = 1;
+  arch.certify = true;
+  std::vector<std::vector<double>> shown;
+  std::vector<std::string> certified;
+  for (const uint32_t method : {SW_METHOD_AUTO, SW_METHOD_SHELL_IMPLICIT, SW_METHOD_POLYNOMIAL_SHELL}) {
+    ShellRunner runner;
+    arch.build.method = method;
+    for (int k = 0; k <= 4; ++k) runner.evaluate(at_frame(arch, k));
+    shown.push_back(runner.deformed());
+    certified.push_back(runner.notes().certified);
+    printf("   %s\n", certified.back().c_str());
+  }
+  CHECK(shown[0] == shown[1] && shown[0] != shown[2]);
+  CHECK(contains(certified[0], "it is the full nonlinear shell, which auto took: fields miss "));
+  CHECK(certified[1] == "certified: it is the full nonlinear shell" && contains(certified[2], "certified: about "));
+}
+
 // The full shell has no modes to damp: a share of the critical damping calms it all the same.
 void a_damping_ratio_calms_the_full_shell_too() {
   const auto height_after_a_swing = [](double ratio) {
@@ -1228,7 +1262,7 @@ void a_known_material_is_the_librarys_own() {
     warp.method = SW_METHOD_WARP;
     warp.integrator = SW_INTEGRATOR_EXACT;
     shellwarp::State state(model, warp);
-    state.set_damping(host::damping(SW_METHOD_WARP, request.motion.damping_ratio, 0, 0, 1));
+    state.set_damping(host::damping(request.motion.damping_ratio, 0, 0));
     state.set_gravity(0, 0, -9.8);
     std::vector<double> expected(3 * STRIP_VERTICES);
     for (int k = 0; k <= 6; ++k) {
@@ -2173,7 +2207,7 @@ void supports_that_part_bend_the_shell_by_fields_that_come_when_they_are_needed(
   exact.method = SW_METHOD_WARP;
   exact.integrator = SW_INTEGRATOR_EXACT;
   shellwarp::State state(model, exact);
-  state.set_damping(host::damping(SW_METHOD_WARP, rest.motion.damping_ratio, 0, 0, 1));
+  state.set_damping(host::damping(rest.motion.damping_ratio, 0, 0));
   state.set_gravity(0, 0, -9.8 / (clock * clock));
   std::vector<double> expected(3 * STRIP_VERTICES);
   ShellRunner runner;
@@ -2495,6 +2529,7 @@ void few_fields_are_told_of() {
 
 int main() {
   RUN(the_nearest_point_is_found);
+  RUN(the_automatic_choice_is_the_full_shell_where_fields_do_not_hold_the_mesh);
   RUN(maps_that_are_not_of_what_is_drawn_are_refused);
   RUN(drawn_points_follow_and_their_supports_and_handles_are_those_of_the_mesh);
   RUN(velocities_are_asked_for_and_are_of_the_scenes_seconds);

@@ -1,8 +1,9 @@
 //! A reduced shell that nobody asked for: where a model gets one, where it is left out, and that it is the same each time.
 
 use crate::common::*;
+use shellwarp::arithmetic::Arithmetic;
 use shellwarp::model::{Model, Options};
-use shellwarp::state::{Method, State};
+use shellwarp::state::{Damping, Method, State};
 use shellwarp::step::Integrator;
 use shellwarp::{ErrorKind, Material, Mesh, Shell, Supports, Vec3, reduced};
 use std::sync::Arc;
@@ -73,7 +74,7 @@ fn it_is_left_out_with_the_reason_and_the_choice_is_the_warp() {
     for (change, why) in cases {
         let model = made(&held, change);
         assert!(model.reduced.is_none(), "{why}");
-        assert!(model.without_reduced.as_ref().unwrap().contains(why), "{:?}", model.without_reduced);
+        assert!(model.without_reduced.as_ref().unwrap().message.contains(why), "{:?}", model.without_reduced);
         assert_eq!(model.chosen_method(), Method::Warp);
         let error = model.require(Method::PolynomialShell).unwrap_err();
         assert_eq!(error.kind, ErrorKind::Unsupported);
@@ -81,6 +82,87 @@ fn it_is_left_out_with_the_reason_and_the_choice_is_the_warp() {
     }
     let linear = made(&held, |options| (options.linear, options.reduced.poses) = (true, 3));
     assert_eq!(linear.chosen_method(), Method::LinearModalAnalysis);
+}
+
+/// A leaf that one field does not hold.
+fn poor(may_be_full: bool) -> Arc<Model> {
+    Arc::new(made(&Arc::new(leaf(1)), |options| {
+        (options.modes, options.may_be_full) = (3, may_be_full);
+        (options.reduced.fields, options.reduced.poses) = (1, 20);
+    }))
+}
+
+#[test]
+fn where_fields_do_not_hold_a_shell_the_choice_may_be_the_full_one() {
+    let (fields, full) = (poor(false), poor(true));
+    assert!(full.needs_correction(), "{:?}", full.training_errors());
+    assert_eq!(full.chosen_method(), Method::ImplicitShell);
+    assert_eq!((fields.chosen_method(), full.chosen_form()), (fields.chosen_form(), fields.chosen_form()));
+    // A saved model keeps it, and is the same otherwise; a deterministic one keeps to the fields.
+    let saved = full.save().unwrap();
+    assert_eq!(saved.len(), fields.save().unwrap().len() + 16);
+    let loaded = Model::load(&saved).unwrap();
+    assert_eq!((loaded.chosen_method(), loaded.save().unwrap()), (Method::ImplicitShell, saved));
+    let portable = full.with_arithmetic(Arithmetic::Portable).unwrap();
+    assert_eq!(portable.chosen_method(), full.chosen_form());
+    // Of a shell that fields hold, or hold for most of the way, it is the gate's form, as before.
+    let fair = made(&gutter(true), |options| options.may_be_full = true);
+    assert!(fair.needs_correction() && fair.chosen_method() == fair.chosen_form(), "{:?}", fair.training_errors());
+    let good = made(&gutter(true), |options| (options.reduced.fields, options.may_be_full) = (30, true));
+    assert!(!good.needs_correction() && good.chosen_method() == good.chosen_form(), "{:?}", good.training_errors());
+}
+
+#[test]
+fn so_it_may_where_training_finds_next_to_nothing_but_not_where_it_cannot_be_trained() {
+    let held = gutter(true);
+    let few = made(&held, |options| (options.reduced.poses, options.may_be_full) = (3, true));
+    assert!(few.reduced.is_none() && few.chosen_method() == Method::ImplicitShell);
+    let loaded = Model::load(&few.save().unwrap()).unwrap();
+    assert_eq!(loaded.chosen_method(), Method::ImplicitShell);
+    let follows = made(&held, |options| (options.support_fields, options.may_be_full) = (4, true));
+    assert_eq!(follows.chosen_method(), Method::Warp);
+    // 51 × 51 vertices are more than a step by the full shell takes quickly.
+    let (positions, triangles) = equilateral_sheet(50, 50, 0.1);
+    let fixed = (0..positions.len() as u32).filter(|v| positions[*v as usize].x < 0.11).collect();
+    let material = Material { k_area: 1e4, k_length: 1e4, k_bend: 0.1, area_density: 1.0 };
+    let mesh = Mesh::new(positions, &triangles).unwrap();
+    let large = Arc::new(Shell::new(mesh, material, &Supports { fixed, ..Default::default() }).unwrap());
+    assert!(large.mass.len() > 2500);
+    let large = made(&large, |options| (options.modes, options.reduced.poses, options.may_be_full) = (2, 3, true));
+    assert!(large.without_reduced.is_some() && large.chosen_method() == Method::Warp);
+}
+
+#[test]
+fn a_state_of_that_choice_moves_as_fields_do_whatever_it_is_asked_by() {
+    let model = poor(true);
+    let moved = |mut state: State, ratios: Vec<f64>| -> Result<Vec<Vec3>, shellwarp::Error> {
+        state.set_gravity(Vec3::new(0.4, 0.5, -0.77) * 0.1)?;
+        state.set_damping(&Damping { ratios, ..Default::default() })?;
+        (0..10).try_for_each(|_| state.step(1.0 / 30.0))?;
+        Ok(displacements(&state))
+    };
+    let full = |integrator| State::new(model.clone(), Method::ImplicitShell, integrator).unwrap();
+    let chosen = |integrator| State::of_choice(model.clone(), integrator).unwrap();
+    let by_two_stages = moved(full(Integrator::SecondOrder), vec![]).unwrap();
+    assert_ne!(by_two_stages, moved(full(Integrator::ImplicitEuler), vec![]).unwrap());
+    for integrator in [Integrator::ImplicitEuler, Integrator::Exact, Integrator::SecondOrder] {
+        assert_eq!(moved(chosen(integrator), vec![]).unwrap(), by_two_stages);
+        let mut changed = State::new(model.clone(), Method::Warp, integrator).unwrap();
+        changed.set_chosen_method().unwrap();
+        assert_eq!(moved(changed, vec![]).unwrap(), by_two_stages);
+    }
+    // A ratio that all modes share damps the slowest swing by it; others are refused, with what there was before.
+    let mut state = full(Integrator::SecondOrder);
+    let slowest = model.modal.eigenvalues[0].sqrt();
+    state.set_gravity(Vec3::new(0.4, 0.5, -0.77) * 0.1).unwrap();
+    state.set_damping(&Damping { mass_coefficient: 2.0 * 0.3 * slowest, ..Default::default() }).unwrap();
+    (0..10).for_each(|_| state.step(1.0 / 30.0).unwrap());
+    assert_eq!(moved(chosen(Integrator::Exact), vec![0.3]).unwrap(), displacements(&state));
+    assert_eq!(moved(chosen(Integrator::Exact), vec![0.3; 3]).unwrap(), displacements(&state));
+    let differ = moved(chosen(Integrator::Exact), vec![0.3, 0.3, 0.2]).unwrap_err();
+    assert!(differ.kind == ErrorKind::Unsupported && differ.message.contains("ratios that differ"), "{differ}");
+    let count = moved(chosen(Integrator::Exact), vec![0.3; 2]).unwrap_err();
+    assert_eq!(count.kind, ErrorKind::InvalidArgument);
 }
 
 #[test]

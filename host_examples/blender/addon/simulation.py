@@ -57,10 +57,8 @@ class Simulation:
         if missing:
             raise Refused(missing)
         self._state = self.model.state(recipe.method, recipe.integrator)
-        slowest = next((hertz for hertz in self.model.frequencies() if hertz > 0), 0.0)
-        method = package.method.find(recipe.method)
+        method = package.method.find(self.model.info()["auto_method"] if recipe.method == "auto" else recipe.method)
         self._full = method.is_full_shell
-        self._damping = partial(package.method.damping, method, slowest=slowest)
         self._at, self._failed = None, (None, "")  # the frame that the state is at; the frame that a step could not reach, and why
         self.certified = ""  # what the last certificate said, of the frame that it names
         self.known, self.solids, self._factors, self._shares = {}, (), None, None
@@ -132,7 +130,10 @@ class Simulation:
         """What the automatic choice took, and why it is not a reduced shell, "" for a method that was named."""
         if self.recipe.method != "auto":
             return ""
-        taken = self._package.method.find(self.model.info()["auto_method"])
+        info = self.model.info()
+        taken = self._package.method.find(info["auto_method"])
+        if taken.is_full_shell and info["auto_corrects"]:
+            return f"Automatic: {taken.label}; fields miss {100 * info['training_error_median']:.0f} % or more in half of their training"
         why = "" if taken.needs_fields else self.model.lacks("reduced-shell").replace("ask for reduced_poses", "choose Reduced shell to wait for it")
         return f"Automatic: {taken.label}" + (f"; {why}" if why else "")
 
@@ -337,7 +338,7 @@ class Simulation:
         """Gives all inputs to a state."""
         state.set_gravity(inputs.gravity)
         state.set_stiffness(inputs.stiffness_factor)
-        state.set_damping(**self._damping(*inputs.damping), factors=self._factors)
+        state.set_damping(*inputs.damping, factors=self._factors)
         air, push = fields.at(inputs.fields, state.positions(dtype=numpy.float64)) if inputs.fields else (None, None)
         state.set_wind(inputs.wind[:3], *inputs.wind[3:], local_velocities=air)
         forces = None if push is None else push * self._areas

@@ -94,7 +94,7 @@ def led(obj, below, frames, method="warp", **options):
     model.precompute(modes=s.modes, **options)
     state = model.state(method)
     state.set_gravity(bpy.context.scene.gravity)
-    state.set_damping(**sw.method.damping(method, s.damping_ratio, slowest=float(model.frequencies()[0])))
+    state.set_damping(ratio=s.damping_ratio)
     out = {}
     for frame in range(1, frames + 1):
         state.move_supports(below[frame], teleport=frame == 1)

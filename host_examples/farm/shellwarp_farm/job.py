@@ -10,7 +10,6 @@ from pathlib import Path
 
 import numpy
 import shellwarp
-from shellwarp.method import damping
 
 from . import colliders, files, motion, samples, selection
 from .content import content_hash
@@ -19,7 +18,7 @@ from .handles import Handles
 from .job_log import JobLog, library_messages
 from .mesh_file import stem as stem_of
 from .materials import is_sheet
-from .model import library_digest, load_model, metres_of, model_tables, slowest_of
+from .model import library_digest, load_model, metres_of, model_tables
 from .point_cache import PointCacheFile
 from .polygon import cut
 from .scenes import MODEL_KEYS
@@ -133,7 +132,7 @@ def _bake(job, model_facts, job_hash, start, out, cache, log):
         bindings = [bind_itself(model, job, stack), *(stack.enter_context(bind(model, path)) for path in job["render"])]
         partials = {kind: stack.enter_context(files.whole_file(path)) for kind, path in paths.items()}
         why, widest = _not_certified(job, model), stack.enter_context(closing(Widest()))
-        judged = simulate(job, state, start, partials, slowest_of(model), bindings, widest if not why else None, log)
+        judged = simulate(job, state, start, partials, bindings, widest if not why else None, log)
         if not job["simulation"]["correction_steps"]:
             state.correct(0)  # what an earlier shot left
         partials["state"].write_bytes(state.save())
@@ -255,11 +254,10 @@ def bind_itself(model, job, stack):
         return None
 
 
-def simulate(job, state, start, partials, slowest, bindings, widest, log):
-    """Runs the frames into the files: what the record says of the range of the method. `slowest`: the slowest mode's frequency,
-    `bindings`: of the shell's own vertices, for their velocities, and of each mesh that follows; `widest` looks at each frame."""
+def simulate(job, state, start, partials, bindings, widest, log):
+    """Runs the frames into the files: what the record says of the range of the method. `bindings`: of the shell's own vertices, for their velocities, and of each mesh that follows; `widest` looks at each frame."""
     first, last = job["frames"]
-    _set_up(job, state, slowest)
+    _set_up(job, state)
     handles, supports, end = Handles(job), Supports(job), _seconds(job, last)
     colliders.put(state, job["collider"])
     rate = job["simulation"]["frame_rate"]
@@ -311,11 +309,11 @@ def _factors(job):
     return by_vertices(path, simulated_at(job), "factors") if path else None
 
 
-def _set_up(job, state, slowest):
+def _set_up(job, state):
     state.set_gravity(job["simulation"]["gravity"])
     state.set_stiffness(job["simulation"]["stiffness_factor"])
     constants = {key: value for key, value in job["damping"].items() if key != "factors"}
-    state.set_damping(**damping(job["simulation"]["method"], **constants, slowest=slowest), factors=_factors(job))
+    state.set_damping(**constants, factors=_factors(job))
     if job["force"]:
         simulated = simulated_at(job)
         vertices = [selection.one_vertex(force, simulated, job["mesh"]) for force in job["force"]]

@@ -158,11 +158,6 @@ def library_digest():
     return files.checksum(path) if path.is_file() else shellwarp.version()
 
 
-def slowest_of(model):
-    """Hz of the slowest mode that swings, 0 where none does."""
-    return float(next((hertz for hertz in model.frequencies() if hertz > 0), 0.0))
-
-
 def _sag(tables):
     """How far the shell is to hang, and under what gravity; nothing where its stiffness is another's."""
     return [tables["material"]["sag"], list(tables["gravity"])] if look_of(tables["material"]) == "sag" else []

@@ -13,13 +13,13 @@ from pathlib import Path
 
 import numpy
 import shellwarp
-from shellwarp.method import damping, find, table
+from shellwarp.method import find, table
 
 from . import engine as engines
 from . import files
 from .content import content_hash
 from .errors import FarmError, SceneError
-from .model import library_digest, load_model, model_key, shell_of, slowest_of, tables_of
+from .model import library_digest, load_model, model_key, shell_of, tables_of
 from .scenes import asset_tables, label, parameter_grid, read_list
 from .simulated import simulated_at
 from .supports import any_moves
@@ -129,7 +129,7 @@ def _step_seconds(case, model, method):
     with model.state(method) as state:
         _load(state, case)
         constants = {key: value for key, value in case["damping"].items() if key != "factors"}   # which take no time in a step
-        state.set_damping(**damping(method, **constants, slowest=slowest_of(model)))
+        state.set_damping(**constants)
         points, h = numpy.empty((state.n_vertices, 3), numpy.float32), 1 / case["simulation"]["frame_rate"]
 
         def seconds(steps):

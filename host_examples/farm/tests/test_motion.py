@@ -5,12 +5,11 @@ import unittest
 
 import numpy
 import shellwarp
-from shellwarp.method import damping
 from test_contact import LIST, Case
 
 from shellwarp_farm.errors import SceneError
 from shellwarp_farm.job import hash_of
-from shellwarp_farm.model import model_tables, slowest_of
+from shellwarp_farm.model import model_tables
 from shellwarp_farm.simulated import mesh_at
 
 STILL = LIST.replace("gravity = [0, 0, -9.8]", "gravity = [0, 0, -1]")
@@ -38,7 +37,7 @@ class Motion(Case):
             model.precompute(modes=6, reduced_fields=0, support_fields=0 if follow_rest else 24)
             state = model.state(method)
             state.set_gravity((0, 0, -1))
-            state.set_damping(**damping(method, 0.1, slowest=slowest_of(model)))
+            state.set_damping(ratio=0.1)
             move = state.move_rest if follow_rest else state.move_supports
             for frame in range(21):
                 move(self.at(points, frame), teleport=frame == 0)

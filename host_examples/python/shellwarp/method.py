@@ -1,6 +1,5 @@
 """The library's table of methods: the one list of their names. Hosts build their menus, checks and precomputes from it."""
 
-import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -78,13 +77,3 @@ def precompute_options(name: "Method | str | int", reduced_fields: int = 0, auto
     if auto_error or auto_operations:
         return {"reduced_fields": reduced_fields, "auto_error": auto_error, "auto_operations": auto_operations, "demand_acceleration": gravity}
     return {"auto": True, "reduced_fields": reduced_fields}
-
-
-def damping(name: "Method | str | int", ratio: float = 0.0, mass: float = 0.0, stiffness: float = 0.0,
-            slowest: float = 0.0) -> dict[str, float]:
-    """What State.set_damping takes for a share of the critical damping beside mass and stiffness.
-
-    The full shell has no modes to damp one by one: it gets the mass damping at which its slowest mode, `slowest` in Hz, has that share."""
-    if find(name).is_full_shell:
-        return {"mass": mass + 4 * math.pi * ratio * slowest, "stiffness": stiffness}
-    return {"ratio": ratio, "mass": mass, "stiffness": stiffness}

@@ -61,7 +61,8 @@ class Model(Handle):
                    auto_error: float = 0.0, auto_operations: float = 0.0, demand_gravity: Sequence[float] = (0.0, 0.0, 0.0),
                    demand_acceleration: float = 0.0, handles: Sequence[int] = (), handle_distance: float = 0.0,
                    handle_axes: str = "xyz", handle_speed: float = 0.0, tolerance: float = 0.0,
-                   demand_amplification: float = 0.0, contact_patches: Sequence[int] = (), support_fields: int = 0, auto: bool = False) -> None:
+                   demand_amplification: float = 0.0, contact_patches: Sequence[int] = (), support_fields: int = 0, auto: bool = False,
+                   auto_full: bool = True) -> None:
         """Finds the `modes` lowest (0: 16); seconds on large meshes.
 
         `precision` is that of the run-time basis: "i16" takes half the memory of "f32" and moves vertices by about 1e-5 of the
@@ -72,7 +73,8 @@ class Model(Handle):
 
         A reduced shell is trained for the default method "auto", where the shell can have one, for up to half a minute; lacks("polynomial-shell")
         tells why where it cannot. `reduced_fields` says how many fields it has and that it must be; 0 is none, and "auto" is then the
-        warp. With `auto` it may have so many. It is trained on equilibria of the shell unless `reduced_trained` is False; the header tells of the others.
+        warp. With `auto` it may have so many. Where fields do not hold the shell "auto" is the full shell, up to 2,500 vertices, unless `auto_full` is False: a step then takes
+        a hundredth of a second and more. It is trained on equilibria of the shell unless `reduced_trained` is False; the header tells of the others.
 
         With `auto_error`, a length, or `auto_operations` of a step, the model is made for the method that suits the scene of
         `demand_gravity`, `demand_acceleration` and `handles` that hold `handle_axes` and go `handle_distance` far best: that of its
@@ -92,7 +94,7 @@ class Model(Handle):
         desc = _library.initialised(_abi.SwPrecomputeDesc)
         desc.modes, desc.precision = uint32(modes, "modes"), choice(PRECISIONS, precision, "precision")
         desc.sag_gravity[:] = [float(g) for g in sag_gravity]
-        desc.flags = _abi.SW_PRECOMPUTE_AUTO if auto or reduced_fields is None else 0
+        desc.flags = (_abi.SW_PRECOMPUTE_AUTO if auto or reduced_fields is None else 0) | (_abi.SW_PRECOMPUTE_AUTO_FULL if auto_full else 0)
         desc.reduced_fields = uint32(reduced_fields or 0, "reduced_fields")
         desc.reduced_elements = uint32(reduced_elements, "reduced_elements")
         desc.reduced_poses = uint32(reduced_poses, "reduced_poses")

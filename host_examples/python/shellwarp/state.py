@@ -86,7 +86,7 @@ class State(Handle):
         return factor.value
 
     def set_damping(self, ratio: ArrayLike = 0.0, mass: float = 0.0, stiffness: float = 0.0, factors: "ArrayLike | None" = None) -> None:
-        """Fraction of critical damping, one or (modes), 0 for a nonlinear shell; Rayleigh's coefficients in 1/s and s.
+        """Fraction of critical damping, one or (modes), of the full shell one, that of its slowest swing; Rayleigh's coefficients in 1/s and s.
 
         `factors` (n_vertices) are what `ratio` and `mass` are multiplied by on a part of the shell.
         """
@@ -286,8 +286,8 @@ class State(Handle):
     def correct(self, steps: Steps = "auto") -> None:
         """Takes Newton steps of the full nonlinear shell that go on from frame to frame, for output alone. Once after a frame's steps, before `positions_corrected`.
 
-        "auto" goes on to the full shell's equilibrium, as `certify` seeks it, of a state without velocities, as after `equilibrium`, whose fields do not hold the shell:
-        info()["auto_corrects"] of the model is 1. Of any other state, one in motion too, it keeps nothing. 0 forgets what was kept.
+        "auto" goes on to the full shell's equilibrium, as `certify` seeks it, where that finds more than 5 % of the displacement wrong: of a state that moves by fields and has
+        no velocities, as after `equilibrium`. Of any other state, one in motion too, it keeps nothing. 0 forgets what was kept.
         Steps by number are for loads that change slowly: near a fold they lead quick motion astray."""
         self._call("sw_state_correct", newton_steps(steps, "steps"))
 

@@ -372,13 +372,22 @@ class Running(unittest.TestCase):
 
     def test_a_nonlinear_shell_is_damped_by_its_mass(self):
         for method in ("shell-implicit", "shell-explicit"):
-            still = model().state(method)
-            still.set_damping(mass=2.0)
-            still.set_damping(mass=2.0, ratio=0.0)
-            with self.assertRaises(sw.UnsupportedError):
-                still.set_damping(ratio=0.1)
+            made = model()
+            by_ratio, by_mass, undamped = states = [made.state(method) for _ in range(3)]
+            by_ratio.set_damping(ratio=100)  # that of its slowest swing; so much that the first microseconds show it
+            by_mass.set_damping(mass=4 * numpy.pi * 100 * made.frequencies()[0])
+            for state in states:
+                state.set_gravity(strip.GRAVITY)
+                for _ in range(5):
+                    state.step(1e-6)
+            one, other, none = (state.positions(dtype=numpy.float64) - strip.positions(numpy.float64) for state in states)
+            # The frequency is rounded where it is told and where pi is taken.
+            self.assertLess(abs(one - other).max(), 1e-6 * abs(one).max())
+            self.assertGreater(abs(one - none).max(), 1e-6 * abs(one).max())
+            with self.assertRaisesRegex(sw.UnsupportedError, "ratios that differ"):
+                by_ratio.set_damping(ratio=[0.1] * 15 + [0.2])
             with self.assertRaises(ValueError):
-                still.set_damping(ratio=float("nan"))
+                by_ratio.set_damping(ratio=float("nan"))
 
     def test_a_pose_read_is_set_again(self):
         made = model()
@@ -485,6 +494,8 @@ class Running(unittest.TestCase):
         swinging(made).step(1 / 30)
         made.precompute(modes=4, reduced_fields=4, reduced_poses=1, auto=True)
         self.assertIn("too few", made.lacks("polynomial-shell"))
+        self.assertEqual(made.info()["auto_method"], sw.methods()["shell-implicit"])
+        made.precompute(modes=4, reduced_fields=4, reduced_poses=1, auto=True, auto_full=False)
         self.assertEqual(made.info()["auto_method"], sw.methods()["warp"])
         made.precompute(modes=4, support_fields=8)
         self.assertIn("supports that move", made.lacks("polynomial-shell"))
@@ -499,7 +510,7 @@ class Running(unittest.TestCase):
                 continue
             moved += 1
             state = made.state(method.name)
-            state.set_damping(**sw.method.damping(method.name, ratio=0.1, slowest=made.frequencies()[0]))
+            state.set_damping(ratio=0.1)
             state.set_gravity((0, 0, -2))
             state.step(1e-6)
             self.assertLess(state.positions()[:, 2].min(), 0, method.name)
@@ -523,11 +534,13 @@ class Running(unittest.TestCase):
             if made.lacks(method.name):
                 continue
             state = made.state(method.name)
-            for claim, call in [(method.moves_by_modes, state.amplitudes), (not method.is_full_shell, lambda: state.set_damping(ratio=0.1))]:
+            ratios = [0.1, 0.1, 0.1, 0.2]  # the full shell has no modes to damp one by one
+            for claim, call in [(method.moves_by_modes, state.amplitudes), (not method.is_full_shell, lambda: state.set_damping(ratio=ratios))]:
                 if claim:
                     call()
                 else:
                     self.assertRaises(sw.UnsupportedError, call)
+            state.set_damping(ratio=0.1)
 
     def test_reduced_shells_are_trained_unless_told_otherwise(self):
         def at_rest(**options):
@@ -595,7 +608,7 @@ class Running(unittest.TestCase):
 
     def test_an_equilibrium_that_fields_do_not_hold_is_corrected_until_it_is_the_full_shells(self):
         made = sw.Model(strip.arch())
-        made.precompute(modes=2, reduced_fields=4)
+        made.precompute(modes=2, reduced_fields=4, auto_full=False)
         info = made.info()
         self.assertEqual(info["auto_corrects"], 1)
         self.assertGreater(info["training_error_median"], 0.05)
@@ -622,9 +635,27 @@ class Running(unittest.TestCase):
         state.correct(0)
         numpy.testing.assert_array_equal(state.positions_corrected(dtype=numpy.float64), plain)
 
+    def test_auto_is_the_full_shell_where_fields_do_not_hold_it(self):
+        made = sw.Model(strip.arch())
+        made.precompute(modes=2, reduced_fields=1)
+        self.assertEqual(made.info()["auto_method"], sw.methods()["shell-implicit"])
+        moved = []
+        for method, integrator in (("auto", "implicit-euler"), ("shell-implicit", "second-order"), ("shell-implicit", "implicit-euler"), ("polynomial-shell", "exact")):
+            state = made.state(method, integrator)
+            state.set_damping(ratio=0.1)
+            state.set_gravity(strip.GRAVITY)
+            for _ in range(5):
+                state.step(1 / 30)
+            moved.append(state.positions(dtype=numpy.float64))
+        numpy.testing.assert_array_equal(moved[0], moved[1])
+        self.assertTrue(all(abs(moved[0] - other).max() > 0 for other in moved[2:]))
+        self.assertNotEqual(made.state(deterministic=True).save()[:16], made.state().save()[:16])  # it moves by fields, and its bytes say so
+        with self.assertRaisesRegex(sw.UnsupportedError, "deterministic"):
+            made.state("shell-implicit", deterministic=True)
+
     def test_no_step_is_taken_unasked_in_motion_nor_of_the_warp(self):
         made = sw.Model(strip.arch())
-        made.precompute(modes=2, reduced_fields=4)
+        made.precompute(modes=2, reduced_fields=4, auto_full=False)
         for method in ("auto", "warp"):
             state = made.state(method)
             state.set_gravity(strip.GRAVITY)

@@ -60,6 +60,8 @@ const REDUCED: Tag = *b"REDU";
 const POLYNOMIAL: Tag = *b"POLY";
 /// What a choice of the method went by.
 const FRONT_OF_CHOICE: Tag = *b"AUTO";
+/// That the choice is the full shell.
+const FULL_SHELL: Tag = *b"FULL";
 
 /// Tag and bytes of the content of each section that `model` has.
 fn sizes(model: &Model) -> impl Iterator<Item = (Tag, usize)> {
@@ -85,8 +87,9 @@ fn sizes(model: &Model) -> impl Iterator<Item = (Tag, usize)> {
     let polynomial = model.reduced.as_ref().and_then(|reduced| reduced.polynomial.as_ref());
     let polynomial = polynomial.map(|polynomial| (POLYNOMIAL, polynomial.saved_size()));
     let front = model.front.as_ref().map(|front| (FRONT_OF_CHOICE, front.saved_size()));
+    let full_shell = model.takes_full_shell.then_some((FULL_SHELL, 0));
     let made_of = [maps, creases, yields, orthotropy, rollers, mirrors, bonds, rest_shape, lengths, settled, sag];
-    made_of.into_iter().chain([units, supports, polynomial, reduced, front]).flatten()
+    made_of.into_iter().chain([units, supports, polynomial, reduced, front, full_shell]).flatten()
 }
 
 /// Bytes of all sections of `model`.
@@ -118,6 +121,7 @@ pub(super) fn put(model: &Model, out: &mut Vec<u8>) {
             (POLYNOMIAL, _, Some(reduced)) => reduced.polynomial.iter().for_each(|polynomial| polynomial.save(out)),
             (REDUCED, _, Some(reduced)) => reduced.save(model.shell.mass.len(), out),
             (FRONT_OF_CHOICE, ..) => model.front.iter().for_each(|front| front.save(out)),
+            (FULL_SHELL, ..) => (),
             _ => {
                 let units = with_basis!(&model.modal.basis, basis => basis.units());
                 units.iter().flatten().for_each(|unit| unit.put(out));
@@ -324,6 +328,7 @@ pub(super) struct Sections<'a> {
     pub(super) reduced: Option<&'a [u8]>,
     pub(super) polynomial: Option<&'a [u8]>,
     pub(super) front: Option<&'a [u8]>,
+    pub(super) full_shell: Option<&'a [u8]>,
 }
 
 /// By their tags.
@@ -351,6 +356,7 @@ pub(super) fn split(mut bytes: &[u8]) -> Result<Sections<'_>> {
             [b'R', b'E', b'D', b'U', 0, 0, 0, 0] => &mut sections.reduced,
             [b'P', b'O', b'L', b'Y', 0, 0, 0, 0] => &mut sections.polynomial,
             [b'A', b'U', b'T', b'O', 0, 0, 0, 0] => &mut sections.front,
+            [b'F', b'U', b'L', b'L', 0, 0, 0, 0] => &mut sections.full_shell,
             _ => return invalid(format!("this library does not know its section {tag:?}")),
         };
         if size > rest.len() as u64 {
@@ -362,7 +368,10 @@ pub(super) fn split(mut bytes: &[u8]) -> Result<Sections<'_>> {
         }
         bytes = rest;
     }
-    Ok(sections)
+    match sections.full_shell {
+        Some(content) if !content.is_empty() => invalid("its choice of the full shell has a content"),
+        _ => Ok(sections),
+    }
 }
 
 /// Units of Φ and Ψ of each mode: 1 except of a basis in 16 bits.

@@ -1,4 +1,4 @@
-//! Errors over all scenes' held-out and fresh loads: of each form, and of the one that the gate takes.
+//! Errors over all scenes' held-out and fresh loads: of each form, of the one that the gate takes, and of what `SW_METHOD_AUTO` takes where it may be the full shell.
 
 use crate::cases::Case;
 use crate::scenes::{Part, Scene};
@@ -17,11 +17,12 @@ pub struct Measured {
     pub two: f64,
 }
 
-/// A form, or the gate's choice.
+/// A form, the gate's choice of one, or the automatic choice.
 #[derive(PartialEq)]
 enum Row {
     Form(Method),
     Chosen,
+    Auto,
 }
 
 struct Entry {
@@ -49,7 +50,7 @@ impl Pool {
         if !self.scenes.contains(&scene.key) {
             self.scenes.push(scene.key);
         }
-        let chosen = contender.model.chosen_method();
+        let chosen = contender.model.chosen_form();
         let choice = (contender.spec.clone(), scene.key, chosen);
         if !self.chosen.contains(&choice) {
             self.chosen.push(choice);
@@ -70,6 +71,9 @@ impl Pool {
         if contender.method == chosen {
             put(Row::Chosen);
         }
+        if contender.method == contender.model.chosen_method() {
+            put(Row::Auto);
+        }
     }
 
     /// Medians and counts, and what the gate takes.
@@ -86,6 +90,7 @@ impl Pool {
                 Row::Form(Method::PolynomialShell) => String::from("polynomial"),
                 Row::Form(_) => String::from("samples"),
                 Row::Chosen => String::from("the gate's"),
+                Row::Auto => String::from("auto"),
             };
             let ratio = median(entries.iter().map(|e| e.measured.own / e.measured.paper).collect());
             let good = |list: &[&Entry], of: fn(&Measured) -> f64| {
