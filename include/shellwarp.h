@@ -630,8 +630,8 @@ typedef uint32_t (*SwProgressFn)(void *user, uint32_t phase, double fraction);
 
 // SW_METHOD_AUTO may be SW_METHOD_SHELL_IMPLICIT, by steps of second order, where the shell has at
 // most 2,500 vertices and SW_PRECOMPUTE_AUTO or reduced_fields train it: where what was trained
-// misses more than a fifth of half of its training (training_error_median of SwModelInfo above
-// 0.2), and where SW_PRECOMPUTE_AUTO finds fewer than four equilibria. A step then takes a
+// misses half of its training by more than 5 % (auto_corrects of SwModelInfo) and supports hold the
+// shell, and where SW_PRECOMPUTE_AUTO finds fewer than four equilibria. A step then takes a
 // hundredth of a second to a second, where fields take microseconds. States with
 // SW_STATE_DETERMINISTIC keep to the fields. With auto_error or auto_operations these choose. For
 // hosts that show one shell or a few; saved models keep the choice.
@@ -898,7 +898,7 @@ typedef struct SwModelInfo {
   // Nine tenths of them by less.
   double training_error_most;
   // 1 where training_error_median is above 0.05: the fields do not hold the shell as far as that
-  // moves it. SW_METHOD_SHELL_IMPLICIT is for its motion, which SW_METHOD_AUTO is above 0.2 with
+  // moves it. SW_METHOD_SHELL_IMPLICIT is for its motion, which SW_METHOD_AUTO is with
   // SW_PRECOMPUTE_AUTO_FULL; sw_state_correct by SW_STEPS_AUTO is for its equilibria by fields.
   uint32_t auto_corrects;
   // 0.

@@ -112,8 +112,8 @@ pub struct SwModelInfo {
     pub training_error_median: f64,
     /// Nine tenths of them by less.
     pub training_error_most: f64,
-    /// 1 where training_error_median is above 0.05: the fields do not hold the shell as far as that moves it. SW_METHOD_SHELL_IMPLICIT is for its motion, which SW_METHOD_AUTO is above
-    /// 0.2 with SW_PRECOMPUTE_AUTO_FULL; sw_state_correct by SW_STEPS_AUTO is for its equilibria by fields.
+    /// 1 where training_error_median is above 0.05: the fields do not hold the shell as far as that moves it. SW_METHOD_SHELL_IMPLICIT is for its motion, which SW_METHOD_AUTO is with
+    /// SW_PRECOMPUTE_AUTO_FULL; sw_state_correct by SW_STEPS_AUTO is for its equilibria by fields.
     pub auto_corrects: u32,
     /// 0.
     pub reserved: u32,

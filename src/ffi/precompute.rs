@@ -73,7 +73,7 @@ pub const SW_PRECOMPUTE_LINEAR: u32 = 1;
 pub const SW_PRECOMPUTE_AUTO: u32 = 2;
 
 /// SW_METHOD_AUTO may be SW_METHOD_SHELL_IMPLICIT, by steps of second order, where the shell has at most 2,500 vertices and SW_PRECOMPUTE_AUTO or reduced_fields train it: where what was
-/// trained misses more than a fifth of half of its training (training_error_median of SwModelInfo above 0.2), and where SW_PRECOMPUTE_AUTO finds fewer than four equilibria. A step then
+/// trained misses half of its training by more than 5 % (auto_corrects of SwModelInfo) and supports hold the shell, and where SW_PRECOMPUTE_AUTO finds fewer than four equilibria. A step then
 /// takes a hundredth of a second to a second, where fields take microseconds. States with SW_STATE_DETERMINISTIC keep to the fields. With auto_error or auto_operations
 /// these choose. For hosts that show one shell or a few; saved models keep the choice.
 pub const SW_PRECOMPUTE_AUTO_FULL: u32 = 4;

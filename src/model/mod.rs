@@ -25,10 +25,6 @@ use xxhash_rust::xxh3::xxh3_64;
 /// A relative error of displacements that few see.
 pub(crate) const NEAR: f64 = 0.05;
 
-/// What fields may miss of half of their training before the full shell is taken in place of them, where that is allowed. Hats and buckets that fields do not hold miss 24 to 54 %,
-/// shells that they hold 0.02 to 2 %. In between, as the character's trouser legs with 11 %, a frame of microseconds is worth more to most.
-const FAR: f64 = 0.2;
-
 /// Vertices up to which the full shell is taken in place of fields that do not hold the shell. A step of limp cloth then takes a second or less on two cores, one of a hat
 /// that buckles a tenth of that (`make bench-auto-steps`).
 const MOST_FULL: usize = 2500;
@@ -178,11 +174,13 @@ impl Model {
         Ok(Self { takes_full_shell: options.may_be_full && model.suits_full_shell(), ..model })
     }
 
-    /// Whether a training showed that fields do not hold the shell, and its mesh is small enough for the full shell.
+    /// Whether a training showed that fields do not hold the shell, and its mesh is small enough for the full shell. A shell that can move freely stays with fields: several handles
+    /// that lead one make a step of the full shell ten times as long, and its training pulls it further than they do.
     fn suits_full_shell(&self) -> bool {
         let came_to_nothing = self.without_reduced.as_ref().is_some_and(|why| why.kind == ErrorKind::Numerical);
         let can = self.shell.mass.len() <= MOST_FULL && Feature::NonlinearShell.is_built_in();
-        can && (came_to_nothing || self.training_errors().is_some_and(|errors| errors.median > FAR))
+        let is_missed = self.needs_correction() && self.modal.zero_modes == 0;
+        can && (came_to_nothing || is_missed)
     }
 
     /// The method that was chosen for its scene. Without a choice by budget it is the full shell, where that was allowed and suits; else that of [`Model::chosen_form`].

@@ -56,6 +56,28 @@ static uint32_t auto_method(const SwModel *model) {
   return info.auto_method;
 }
 
+/* Whether it is asked for when the state is made or afterwards, and whatever integrator is asked for beside it. */
+static void the_choice_moves_by_steps_of_second_order(const SwModel *model) {
+  const double down[3] = {0, 0, -9.8};
+  const uint32_t methods[3] = {SW_METHOD_SHELL_IMPLICIT, SW_METHOD_AUTO, SW_METHOD_WARP};
+  SwStateReport reports[3];
+  for (int k = 0; k < 3; ++k) {
+    SwStateDesc desc;
+    SwState *state = NULL;
+    sw_state_desc_init(&desc);
+    desc.method = methods[k];
+    desc.integrator = k == 0 ? SW_INTEGRATOR_SECOND_ORDER : SW_INTEGRATOR_IMPLICIT_EULER;
+    OK(sw_state_create(model, &desc, &state));
+    if (k == 2) OK(sw_state_set_method(state, SW_METHOD_AUTO));
+    OK(sw_state_set_gravity(state, down));
+    for (int step = 0; step < 3; ++step) OK(sw_state_step(state, 1.0 / 24));
+    sw_state_report_init(&reports[k]);
+    OK(sw_state_report(state, &reports[k]));
+    sw_state_destroy(state);
+  }
+  CHECK(reports[0].kinetic_energy > 0 && reports[0].kinetic_energy == reports[1].kinetic_energy && reports[0].kinetic_energy == reports[2].kinetic_energy);
+}
+
 /* Of a shell that is held, one that moves freely, one whose training may find next to nothing; and with a budget beside. */
 static void a_model_made_for_the_choice_has_a_reduced_shell_where_it_can(void) {
   const Strip strip = make_strip();
@@ -79,6 +101,11 @@ static void a_model_made_for_the_choice_has_a_reduced_shell_where_it_can(void) {
   OK(sw_model_precompute(model, &desc));
   FAILS(sw_model_offers(model, SW_METHOD_REDUCED_SHELL), SW_ERROR_UNSUPPORTED, "too few to judge");
   CHECK(auto_method(model) == SW_METHOD_WARP);
+  desc.flags |= SW_PRECOMPUTE_AUTO_FULL;
+  OK(sw_model_precompute(model, &desc));
+  CHECK(auto_method(model) == SW_METHOD_SHELL_IMPLICIT);
+  the_choice_moves_by_steps_of_second_order(model);
+  desc.flags = SW_PRECOMPUTE_AUTO;
   desc.reduced_poses = 0;
   desc.support_fields = 2;
   OK(sw_model_precompute(model, &desc));

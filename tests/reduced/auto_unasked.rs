@@ -105,9 +105,11 @@ fn where_fields_do_not_hold_a_shell_the_choice_may_be_the_full_one() {
     assert_eq!((loaded.chosen_method(), loaded.save().unwrap()), (Method::ImplicitShell, saved));
     let portable = full.with_arithmetic(Arithmetic::Portable).unwrap();
     assert_eq!(portable.chosen_method(), full.chosen_form());
-    // Of a shell that fields hold, or hold for most of the way, it is the gate's form, as before.
-    let fair = made(&gutter(true), |options| options.may_be_full = true);
-    assert!(fair.needs_correction() && fair.chosen_method() == fair.chosen_form(), "{:?}", fair.training_errors());
+    // Of a shell that fields hold, or that nothing holds, it is the gate's form, as before.
+    let free = made(&gutter(false), |options| {
+        (options.modes, options.reduced.fields, options.may_be_full) = (8, 1, true);
+    });
+    assert!(free.needs_correction() && free.chosen_method() == free.chosen_form(), "{:?}", free.training_errors());
     let good = made(&gutter(true), |options| (options.reduced.fields, options.may_be_full) = (30, true));
     assert!(!good.needs_correction() && good.chosen_method() == good.chosen_form(), "{:?}", good.training_errors());
 }
