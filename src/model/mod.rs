@@ -25,7 +25,7 @@ use xxhash_rust::xxh3::xxh3_64;
 /// A relative error of displacements that few see.
 pub(crate) const NEAR: f64 = 0.05;
 
-/// Vertices up to which the full shell is taken in place of fields that do not hold the shell. A step of limp cloth then takes a second or less on two cores, one of a hat
+/// Vertices up to which the full shell is taken in place of fields that do not hold the shell. A step of limp cloth then takes about a second on two cores, one of a hat
 /// that buckles a tenth of that (`make bench-auto-steps`).
 const MOST_FULL: usize = 2500;
 

@@ -66,7 +66,7 @@ def timed(state, before):
         start = time.perf_counter()
         state.step(STEP)
         taken.append(1e3 * (time.perf_counter() - start))
-    return f"{numpy.median(taken):.2g}, {max(taken):.2g}"
+    return ", ".join(f"{float(f'{x:.2g}'):g}" for x in (numpy.median(taken), max(taken)))
 
 
 def row(name, shell, before):
