@@ -1092,9 +1092,10 @@ typedef struct SwStateDesc {
 } SwStateDesc;
 
 // Damping of each mode: c = xi + zeta lambda + 2 ratio sqrt(lambda); of SW_METHOD_SHELL_... xi M +
-// zeta K. That has no modes to damp one by one: of ratios that are all alike it takes the xi that
-// has this share of its slowest swing, and refuses others. All must be finite and not negative; 0 =
-// none. It may be stronger on some of the shell than on other parts, by factors at the vertices.
+// zeta K. The full shell has no modes to damp one by one: ratios that are all alike add the xi that
+// damps its slowest swing by this share, and others are refused. All must be finite and not
+// negative; 0 = none. It may be stronger on some of the shell than on other parts, by factors at
+// the vertices.
 typedef struct SwDampingDesc {
   // Set by sw_damping_desc_init.
   uint32_t struct_size;

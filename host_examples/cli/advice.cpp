@@ -66,9 +66,7 @@ double longest_way(const std::vector<Handle> &handles) {
   return way;
 }
 
-uint32_t method_taken(const Summary &summary) {
-  return host::needs_choice(summary.scene.method) ? summary.info.auto_method : summary.scene.method;
-}
+uint32_t method_taken(const Summary &summary) { return host::method_taken(summary.scene.method, summary.info); }
 
 // By which method; of the automatic choice, which that took.
 std::string method_words(const Summary &summary) {

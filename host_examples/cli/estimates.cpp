@@ -49,15 +49,13 @@ void estimate_errors(bool quiet, Run &run) {
 
 }  // namespace
 
-uint32_t method_of(const Scene &scene, const SwModelInfo &info) { return host::method_taken(scene.method, info); }
-
 std::string label_of(const Scene &scene, const SwModelInfo &info) {
   const std::string label = sw_method_label(scene.method);
   return host::needs_choice(scene.method) ? label + ": " + sw_method_label(info.auto_method) : label;
 }
 
 Keep keep_of(const Scene &scene, const RunOptions &options, const Mesh &mesh, const shellwarp::Model &model, bool states) {
-  return {states, n_judged(scene, options, mesh.n_vertices()), has_twin(scene, options), method_of(scene, model.info())};
+  return {states, n_judged(scene, options, mesh.n_vertices()), has_twin(scene, options), host::method_taken(scene.method, model.info())};
 }
 
 void certify(const Scene &scene, const RunOptions &options, shellwarp::State &state, uint32_t n_vertices, Run &run) {

@@ -12,10 +12,7 @@
 
 namespace cli {
 
-// What it moves by; of the automatic choice, what that took.
-uint32_t method_of(const Scene &scene, const SwModelInfo &info);
-
-// What menus call that.
+// What menus call its method; of the automatic choice, with what that took.
 std::string label_of(const Scene &scene, const SwModelInfo &info);
 
 // What a run keeps that is read later, of the model's method.

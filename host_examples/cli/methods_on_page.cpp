@@ -80,7 +80,7 @@ void add_to_page(const Scene &scene, const Mesh &mesh, const std::vector<PlacedH
   page.add_film(scene, run, film, words, label_of(scene, info));
   std::set<uint32_t> shown;
   std::deque<Film> films;
-  const uint32_t taken = method_of(scene, info);
+  const uint32_t taken = host::method_taken(scene.method, info);
   std::vector<Compared> all = {{host::method_name(taken), host::is_full_shell(taken), &film}};
   for (const std::string &name : options.compare) {
     Scene other = scene;

@@ -168,7 +168,7 @@ int run_scene(Scene scene, const RunOptions &options, OutputFolder *folder, Page
   };
   const uint32_t given = scene.steps_per_frame;
   const std::optional<StepEstimate> first = made->run.step_estimate;
-  settle_by_steps(mesh, n_frames, method_of(scene, model.info()), scene, made, again);
+  settle_by_steps(mesh, n_frames, host::method_taken(scene.method, model.info()), scene, made, again);
   certify(scene, options, made->state, mesh.n_vertices(), made->run);
   const uint32_t settled = std::exchange(scene.steps_per_frame, given);
   const uint32_t wanted = std::max(settled, made->run.steps_tried);

@@ -53,8 +53,8 @@ pub struct SwStateDesc {
 
 described!(SwStateDesc, flags);
 
-/// Damping of each mode: c = xi + zeta lambda + 2 ratio sqrt(lambda); of SW_METHOD_SHELL_... xi M + zeta K. That has no modes to
-/// damp one by one: of ratios that are all alike it takes the xi that has this share of its slowest swing, and refuses others. All must be finite and not negative; 0 = none. It may be stronger on some of the shell than on other parts, by factors at the vertices.
+/// Damping of each mode: c = xi + zeta lambda + 2 ratio sqrt(lambda); of SW_METHOD_SHELL_... xi M + zeta K. The full shell has no modes to
+/// damp one by one: ratios that are all alike add the xi that damps its slowest swing by this share, and others are refused. All must be finite and not negative; 0 = none. It may be stronger on some of the shell than on other parts, by factors at the vertices.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct SwDampingDesc {
