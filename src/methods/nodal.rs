@@ -1,6 +1,7 @@
 //! Motion vertex by vertex: the nonlinear discrete shell, the baseline that modal methods are measured against.
 
 mod carried;
+mod rest;
 mod stages;
 
 use super::plan::{AS_BEFORE, Around, BEFORE_ANY, FORCE_VERTEX, ITERATIONS, Part, PartKind};
@@ -10,7 +11,7 @@ use crate::features::{Feature, NonlinearShell, Proof};
 use crate::method::Method;
 use crate::modal::ModalBasis;
 use crate::modes::supported;
-use crate::reference::{Equilibrium, Rayleigh, Solver, vertex_rotations};
+use crate::reference::{Rayleigh, Solver, vertex_rotations};
 use crate::step::Integrator;
 use crate::support::Pose;
 use crate::warp::{Extent, Placement};
@@ -55,6 +56,8 @@ struct Nodal {
     stepped: f64,
     /// What that step got wrong, where it had two stages.
     missed: Option<f64>,
+    /// Whether u is a pose that was given, or another method's.
+    foreign: bool,
 }
 
 /// At rest, undamped. Fails when memory does not suffice for the factorization's analysis.
@@ -80,6 +83,7 @@ pub fn build(model: &Model, method: Method, integrator: Integrator) -> Result<Bo
         before: [zeros.clone(), zeros],
         stepped: 0.0,
         missed: None,
+        foreign: false,
     }))
 }
 
@@ -156,13 +160,6 @@ impl Nodal {
         Err(Error::new(ErrorKind::Numerical, message))
     }
 
-    /// In the solver's axes.
-    fn find_equilibrium(&mut self, acting: &Acting) -> Result<Equilibrium> {
-        self.solver.join(self.seen_points(acting.points));
-        self.pass_constraints(acting.axes.frame, 1.0)?;
-        self.solver.equilibrium(&self.u, &self.force, &Default::default(), &mut |_| Ok(()))
-    }
-
     /// Puts supports where they go, in a step of `h` or at rest.
     fn move_supports(&mut self, acting: &Acting, h: Option<f64>) {
         let Some(to) = acting.supports else { return };
@@ -233,6 +230,7 @@ impl Motion for Nodal {
             before: self.before.clone(),
             stepped: self.stepped,
             missed: self.missed,
+            foreign: self.foreign,
         }))
     }
 
@@ -242,6 +240,7 @@ impl Motion for Nodal {
         self.constraints.reset();
         self.iterations = 0;
         self.stepped = 0.0;
+        self.foreign = false;
         if let Some(made) = self.shell.energy.yielding().map(|energy| energy.made().clone()) {
             self.set_rest_angles(&made);
         }
@@ -262,30 +261,14 @@ impl Motion for Nodal {
             self.stepped = 0.0;
         } else {
             self.stepped = h;
+            self.foreign = false;
             self.yield_creases();
         }
         stepped
     }
 
     fn settle(&mut self, acting: &Acting) -> Result<(f64, usize)> {
-        self.follow(acting.axes.each)?;
-        self.move_supports(acting, None);
-        self.set_force(acting)?;
-        self.turn_out();
-        let found = self.find_equilibrium(acting);
-        let found = found.inspect_err(|_| self.turn_in())?;
-        self.record_outcomes(found.iterations);
-        if !self.constraints.is_finite() || !self.is_within_range(&found.displacement, &[]) {
-            self.turn_in();
-            return Err(Error::new(ErrorKind::Numerical, "the equilibrium is beyond all range"));
-        }
-        self.constraints.accept(0.0);
-        self.u = found.displacement;
-        self.stepped = 0.0;
-        self.velocity.fill(Vec3::zeros());
-        self.turn_in();
-        self.yield_creases();
-        Ok((found.residual, found.iterations))
+        self.find_rest(acting)
     }
 
     fn carry(&mut self, axes: Option<&[Pose]>) {
@@ -303,6 +286,7 @@ impl Motion for Nodal {
         }
         self.shell.project(&mut self.u);
         self.shell.project(&mut self.velocity);
+        self.foreign = self.shell.free.iter().any(|v| self.u[*v as usize] != Vec3::zeros());
         Ok(())
     }
 
@@ -352,6 +336,7 @@ impl Motion for Nodal {
 
     fn set_unknowns(&mut self, unknowns: [&[f64]; 2]) {
         self.stepped = 0.0;
+        self.foreign = false;
         for (field, numbers) in [&mut self.u, &mut self.velocity].into_iter().zip(unknowns) {
             field.iter_mut().zip(numbers.chunks_exact(3)).for_each(|(to, from)| to.copy_from_slice(from));
         }

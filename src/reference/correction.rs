@@ -15,6 +15,9 @@ use std::sync::{Mutex, PoisonError};
 /// Of the load; what is left then moves the shell by far less than what it has come.
 pub const CORRECTED: f64 = 1e-6;
 
+/// Newton steps in a round, at most. `cargo test --release --test full certificate:: -- --nocapture` shows what estimates they give.
+pub const SOLVES: usize = 60;
+
 /// Rounds at most of a load that follows the shape, and the part of the whole way that the last one may go.
 const ROUNDS: usize = 20;
 const SETTLED: f64 = 0.01;

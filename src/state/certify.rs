@@ -22,14 +22,11 @@ use crate::constraint::{Constraint, Outcome, Target};
 use crate::features::Feature;
 use crate::methods::{self, Acting, Reaction};
 use crate::point_energy::{InFrame, PointEnergy};
-use crate::reference::{self, Load, Solver, mass_norm as norm};
+use crate::reference::{self, Load, SOLVES, Solver, mass_norm as norm};
 use crate::support::FrameMotion;
 use crate::{Error, ErrorKind, Result, Vec3, rotation};
 use nalgebra::UnitQuaternion;
 use std::sync::Arc;
-
-/// Newton steps at most. `cargo test --release --test full certificate:: -- --nocapture` shows what estimates they give.
-const SOLVES: usize = 60;
 
 /// A state that misses more than this share of a hard handle's way is where no equilibrium with the handle was found, and its estimate of
 /// some other: then the paper's method goes on if it comes nearer to the handle. And where this share of the displacement is wrong, where an estimate

@@ -69,6 +69,22 @@ fn off(scene: &Scene, state: &State, case: &Case) -> f64 {
     mass_error(&scene.shell, &displacements(state), &case.exact)
 }
 
+/// Where the full shell rests beside a state: how far that is off, and its potential energy beside the reference's. Empty where it finds no rest.
+fn beside(scene: &Scene, state: &State, case: &Case) -> String {
+    let mut full = match state.try_clone() {
+        Ok(full) => full,
+        Err(_) => return String::new(),
+    };
+    if full.set_method(Method::ImplicitShell).and_then(|()| full.equilibrium()).is_err() {
+        return String::new();
+    }
+    let [own, reference] = [&displacements(&full), &case.exact].map(|u| case.potential(scene, u));
+    format!(
+        " [beside it the full shell rests {:.4} off, energy {own:.6e}, reference {reference:.6e}]",
+        off(scene, &full, case)
+    )
+}
+
 /// A model without its stress fields: the membrane's own energy on the same fields and elements.
 fn without_stress_fields(mut model: Model) -> Model {
     if let Some(of) = model.reduced.take().and_then(Arc::into_inner) {
@@ -242,6 +258,9 @@ fn measure(scene: &Scene, contenders: &[Contender], (tallies, pool): (&mut [Tall
         tally.fallen += usize::from(after > SAME * paper && case.is_confirmed());
         let (estimate, remaining) = estimate.map_or((f64::NAN, f64::NAN), |c| (c.error, c.remaining));
         print!(" [{} {after:.4}, estimate {estimate:.4}, left {remaining:.0e}]", if stays { "stays" } else { "falls" });
+        if case.is_confirmed() && after > SAME * paper {
+            print!("{}", beside(scene, &state, case));
+        }
     }
     println!();
 }
@@ -362,12 +381,15 @@ fn judged(scene: &Scene, fields: usize, all: &mut Verdict, reach: &mut Reach) ->
         let before = error(&found);
         let state = found.as_ref().filter(|(_, found)| *found).and_then(|(state, _)| state.try_clone().ok());
         reached.add(scene, &contenders[0], case, before, paper, state);
-        let after = found.map_or(f64::INFINITY, |(mut state, _)| {
+        let fallen = found.map(|(mut state, _)| {
             state.fall_back().ok();
-            off(scene, &state, case)
+            state
         });
+        let after = fallen.as_ref().map_or(f64::INFINITY, |state| off(scene, state, case));
         let Case { name, aim, moved, .. } = case;
-        println!("  {name:<20} {aim:.2} {moved:.3}: {before:.4}, after falling back {after:.4}, paper {paper:.4}");
+        print!("  {name:<20} {aim:.2} {moved:.3}: {before:.4}, after falling back {after:.4}, paper {paper:.4}");
+        let worse = fallen.as_ref().filter(|_| after > SAME * paper);
+        println!("{}", worse.map_or_else(String::new, |state| beside(scene, state, case)));
         own.0.push((before, after, paper, [case.aim == AT, case.aim == AT && case.came_near()]));
     }
     all.0.extend(&own.0);

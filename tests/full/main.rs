@@ -13,6 +13,7 @@ mod certificate_stability;
 mod certificate_supports;
 mod comparison;
 mod correction;
+mod handover;
 mod mixed;
 mod reference;
 mod second_order;

@@ -45,6 +45,17 @@ impl Case {
         (self.aim / NEAR..=self.aim * NEAR).contains(&self.moved)
     }
 
+    /// E(x̄ + u) less what forces do along u; of a handle E alone.
+    pub fn potential(&self, scene: &Scene, u: &[Vec3]) -> f64 {
+        let x: Vec<Vec3> = scene.shell.mesh.positions.iter().zip(u).map(|(x, u)| x + u).collect();
+        let strength = self.strengths.last().copied().unwrap_or(0.0);
+        let work: f64 = match &scene.loads(self.part.list())[self.load].action {
+            Action::Forces(forces) => forces.iter().zip(u).map(|(f, u)| strength * f.dot(u)).sum(),
+            Action::Handle(..) => 0.0,
+        };
+        scene.shell.energy.value(&x) - work
+    }
+
     /// Whether the full shell has one answer.
     pub fn is_confirmed(&self) -> bool {
         self.apart <= CONFIRMED
