@@ -27,7 +27,7 @@ pub(crate) const NEAR: f64 = 0.05;
 
 /// Vertices up to which the full shell is taken in place of fields that do not hold the shell. A step of limp cloth then takes about a second on two cores, one of a hat
 /// that buckles a tenth of that (`make bench-auto-steps`).
-const MOST_FULL: usize = 2500;
+pub(crate) const MOST_FULL: usize = 2500;
 
 /// What to precompute.
 #[derive(Clone, Debug)]

@@ -18,6 +18,10 @@ pub const CORRECTED: f64 = 1e-6;
 /// Newton steps in a round, at most. `cargo test --release --test full certificate:: -- --nocapture` shows what estimates they give.
 pub const SOLVES: usize = 60;
 
+/// Where this share of a displacement is wrong, the equilibrium beside a pose says little of the way that the load or a handle took. And a state that misses
+/// more than this share of a hard handle's way is where no equilibrium with the handle was found: then the paper's method goes on if it comes nearer to the handle.
+pub const LOST: f64 = 0.5;
+
 /// Rounds at most of a load that follows the shape, and the part of the whole way that the last one may go.
 const ROUNDS: usize = 20;
 const SETTLED: f64 = 0.01;

@@ -23,7 +23,7 @@ mod parts;
 mod potential;
 mod sag;
 
-pub use correction::{CORRECTED, Correcting, Correction, Load, SOLVES, SolverPool};
+pub use correction::{CORRECTED, Correcting, Correction, LOST, Load, SOLVES, SolverPool};
 pub use equilibrium::{Equilibrium, EquilibriumOptions, EquilibriumProgress};
 pub use free_motion::{FreeMotions, Held};
 pub use implicit::{STEP_SOLVES, StepReport};

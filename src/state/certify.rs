@@ -22,16 +22,11 @@ use crate::constraint::{Constraint, Outcome, Target};
 use crate::features::Feature;
 use crate::methods::{self, Acting, Reaction};
 use crate::point_energy::{InFrame, PointEnergy};
-use crate::reference::{self, Load, SOLVES, Solver, mass_norm as norm};
+use crate::reference::{self, LOST, Load, SOLVES, Solver, mass_norm as norm};
 use crate::support::FrameMotion;
 use crate::{Error, ErrorKind, Result, Vec3, rotation};
 use nalgebra::UnitQuaternion;
 use std::sync::Arc;
-
-/// A state that misses more than this share of a hard handle's way is where no equilibrium with the handle was found, and its estimate of
-/// some other: then the paper's method goes on if it comes nearer to the handle. And where this share of the displacement is wrong, where an estimate
-/// led to says little of the way that a handle took.
-const LOST: f64 = 0.5;
 
 /// A hard handle that misses by less, in sizes or rad, is met.
 const MET: f64 = 1e-6;
@@ -271,7 +266,7 @@ impl State {
     }
 
     /// The equilibrium that the full shell's path from rest leads to under the loads and constraints (n_vertices, frame axes).
-    fn path_from_rest(&self) -> Result<Vec<Vec3>> {
+    pub(super) fn path_from_rest(&self) -> Result<Vec<Vec3>> {
         let mut full = self.try_clone()?;
         full.reset();
         full.frame.motion = FrameMotion::Given(self.rates);
@@ -305,7 +300,7 @@ impl State {
     }
 
     /// Whether its rest shape is where supports or handles hold it. What touches solids, or nothing holds, is where it came to.
-    fn stays_put(&self) -> bool {
+    pub(super) fn stays_put(&self) -> bool {
         let held = self.model.modal.zero_modes == 0 || self.constraints().next().is_some();
         held && self.contacts.is_none()
     }

@@ -10,8 +10,8 @@ use crate::arithmetic::Arithmetic;
 use crate::error::{invalid, try_zeroed, unless_none};
 use crate::features::Feature;
 use crate::method::Method;
-use crate::model::NEAR;
-use crate::reference::Correcting;
+use crate::model::{MOST_FULL, NEAR};
+use crate::reference::{Correcting, LOST};
 use crate::support::Pose;
 use crate::{Error, ErrorKind, Result, Vec3};
 
@@ -53,7 +53,7 @@ impl State {
     }
 
     /// The same, on to a stable equilibrium of the full shell, of a state without velocities, as after [`State::equilibrium`], that moves by fields: where
-    /// a certificate finds more than 5 % of its displacement wrong. It is sought from where two steps lead, or else from the pose. Of any other state, and where
+    /// a certificate finds more than 5 % of its displacement wrong. It is sought from where two steps lead, or else from the pose, or from rest. Of any other state, and where
     /// none is found, nothing is kept.
     ///
     /// Motion is left out: near a fold the inertia of a method that is far off leads astray.
@@ -65,17 +65,35 @@ impl State {
         Ok(())
     }
 
-    /// Nothing where the pose is near the full shell, or where no equilibrium is found.
+    /// Nothing where the pose is near the full shell, or where no equilibrium is found. Where most of the displacement is wrong, and no frame was
+    /// corrected before, what is beside the pose says little of where the load leads: then the way from rest comes first.
     fn way_to_equilibrium(&self) -> Result<Option<Correcting>> {
         let own = unless_none(self.estimate(None, &mut |_| Ok(())))?;
-        if own.as_ref().is_some_and(|(certificate, _)| certificate.error <= NEAR) {
+        let error = own.as_ref().map_or(f64::INFINITY, |(certificate, _)| certificate.error);
+        if error <= NEAR {
             return Ok(None);
+        }
+        let lost = error > LOST && self.correction.is_none();
+        if let Some(end) = if lost { self.way_from_rest()? } else { None } {
+            return Ok(Some(self.way_to(&end)));
         }
         let begun = unless_none(self.steps_toward(FIRST))?;
         let from_there = |begun: Correcting| unless_none(self.estimate(Some(&begun.way), &mut |_| Ok(())));
         let led = begun.map(from_there).transpose()?.flatten();
         let balanced = [led, own].into_iter().flatten().find(|(certificate, _)| certificate.remaining <= BALANCED);
-        Ok(balanced.map(|(_, end)| self.way_to(&end)))
+        let end = match balanced {
+            None if !lost => self.way_from_rest()?,
+            balanced => balanced.map(|(_, end)| end),
+        };
+        Ok(end.map(|end| self.way_to(&end)))
+    }
+
+    /// Where the full shell comes to from rest under the loads, of a shell that is small enough for it and is held.
+    fn way_from_rest(&self) -> Result<Option<Vec<Vec3>>> {
+        if self.model.shell.mass.len() > MOST_FULL || !self.stays_put() {
+            return Ok(None);
+        }
+        unless_none(self.path_from_rest())
     }
 
     /// As if steps had led to a pose (n_vertices, frame axes), with the stresses that it has.

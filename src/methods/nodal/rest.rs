@@ -31,22 +31,24 @@ impl Nodal {
         Ok((found.residual, found.iterations))
     }
 
-    /// In the solver's axes. From a foreign pose that no equilibrium is near to, by the way from rest, if there is one.
+    /// In the solver's axes. From a foreign pose to the equilibrium beside it, else by the way from rest, else by that from the pose.
     fn find_equilibrium(&mut self, acting: &Acting) -> Result<Equilibrium> {
         self.solver.join(self.seen_points(acting.points));
         if !self.foreign {
             return self.path_from(acting, self.u.clone());
         }
-        if let Some((near, before)) = self.nearest_equilibrium(acting)? {
-            let found = self.path_from(acting, near)?;
-            return Ok(Equilibrium { iterations: before + found.iterations, ..found });
-        }
+        let (near, before) = self.nearest_equilibrium(acting)?.unzip();
         let mut unbent = self.u.clone();
         self.shell.free.iter().for_each(|v| unbent[*v as usize] = Vec3::zeros());
-        match self.path_from(acting, unbent) {
-            Err(error) if error.kind == ErrorKind::Numerical => self.path_from(acting, self.u.clone()),
-            found => found,
+        let more = before.unwrap_or(0);
+        for start in near.into_iter().chain([unbent]) {
+            match self.path_from(acting, start) {
+                Ok(found) => return Ok(Equilibrium { iterations: more + found.iterations, ..found }),
+                Err(error) if error.kind != ErrorKind::Numerical => return Err(error),
+                Err(_) => (),
+            }
         }
+        self.path_from(acting, self.u.clone())
     }
 
     /// Where the load and the constraints lead from the displacements `start`.
