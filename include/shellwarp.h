@@ -2344,7 +2344,7 @@ typedef struct SwEquilibriumReport {
 // gives, none after a teleport, else the velocity and the spin of the last step, steady in the
 // frame's own axes. So the shell feels the centrifugal force of a frame that turns, and the frame
 // moves on without a jolt; time does not pass. The search starts from the present shape. Where that
-// was another method's, or is of sw_state_set_pose, a nonlinear shell seeks the equilibrium beside
+// is of modes or fields, after sw_state_set_method, a nonlinear shell seeks the equilibrium beside
 // it, and where there is none takes the way from rest. `report` may be NULL. Blocks; on failure
 // nothing has moved, as where the spin is faster than the shell can bear.
 // Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_NUMERICAL when none is found,

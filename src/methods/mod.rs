@@ -116,6 +116,8 @@ pub trait Motion: Send + Sync {
     fn settle(&mut self, acting: &Acting) -> Result<(f64, usize)>;
     /// Takes the motion nearest to displacements and their rates (n_vertices) in the mass norm.
     fn project_from(&mut self, u: &[Vec3], rate: &[Vec3]) -> Result<()>;
+    /// The pose that was just taken is one of modes or fields.
+    fn come_from_fields(&mut self) {}
     /// The last step left every bit as it was.
     fn is_unchanged(&self) -> bool {
         false

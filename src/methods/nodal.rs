@@ -56,7 +56,7 @@ struct Nodal {
     stepped: f64,
     /// What that step got wrong, where it had two stages.
     missed: Option<f64>,
-    /// Whether u is a pose that was given, or another method's.
+    /// Whether u is a pose that fields had.
     foreign: bool,
 }
 
@@ -286,8 +286,12 @@ impl Motion for Nodal {
         }
         self.shell.project(&mut self.u);
         self.shell.project(&mut self.velocity);
-        self.foreign = self.shell.free.iter().any(|v| self.u[*v as usize] != Vec3::zeros());
+        self.foreign = false;
         Ok(())
+    }
+
+    fn come_from_fields(&mut self) {
+        self.foreign = self.shell.free.iter().any(|v| self.u[*v as usize] != Vec3::zeros());
     }
 
     fn step_nanoseconds(&self) -> u64 {

@@ -178,6 +178,14 @@ impl Solver {
         self.shell.energy.value(&self.x)
     }
 
+    /// ‖∇E(x̄ + u)‖ over the free vertices.
+    pub fn elastic_force(&mut self, u: &[Vec3]) -> f64 {
+        self.place(u);
+        let mut gradient = vec![Vec3::zeros(); u.len()];
+        self.shell.energy.add_gradient(&self.x, &mut gradient);
+        free_norm(&self.shell, &gradient)
+    }
+
     /// Energies that join in the calls that follow, if any.
     pub fn join(&mut self, points: Option<InFrame>) {
         self.points = points;

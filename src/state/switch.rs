@@ -45,6 +45,9 @@ impl State {
         held.iter().for_each(|held| next.place_supports(held));
         next.set_rest_angles(&self.motion.rest_angles());
         next.project_from(&u, &rate)?;
+        if !self.motion.is_full_shell() {
+            next.come_from_fields();
+        }
         held.iter().for_each(|held| next.place_supports(held));
         let set = self.motion.constraints().clone();
         next.change(|own| *own = set);

@@ -1,6 +1,6 @@
 //! The static solution of the full shell.
 //!
-//! A pose that was given, or that fields had, stretches a thin shell a little everywhere. The force of that is most of what there is, so the way from the
+//! A pose that fields had stretches a thin shell a little everywhere. The force of that is most of what there is, so the way from the
 //! load that such a pose balances to the one that acts leads far from it. So the equilibrium that is nearest comes first, as a certificate seeks it.
 
 use super::Nodal;
@@ -64,7 +64,7 @@ impl Nodal {
     /// Displacements where Newton's steps lead from a foreign pose, and their number; none where they do not get to an equilibrium.
     fn nearest_equilibrium(&mut self, acting: &Acting) -> Result<Option<(Vec<Vec3>, usize)>> {
         self.pass_constraints(acting.axes.frame, 1.0)?;
-        let held = self.constraints.report().map(|(_, outcome)| outcome.force.norm_squared()).sum::<f64>().sqrt();
+        let held = self.held_by();
         let at = |_: &[Vec3]| self.force.clone();
         let load = Load { at: &at, follows: false, held, moving: 0.0, still: true, foreign: true };
         let mut iterations = 0;
@@ -79,5 +79,13 @@ impl Nodal {
         };
         let end: Vec<Vec3> = self.u.iter().zip(&found.way).map(|(u, way)| u + way).collect();
         Ok(self.is_within_range(&end, &[]).then_some((end, iterations)))
+    }
+
+    /// About the force of constraints: as the last step had it, or, of those that were not met yet, no more than what the pose bears. The same where
+    /// nothing acts.
+    fn held_by(&mut self) -> f64 {
+        let known = self.constraints.report().map(|(_, outcome)| outcome.force.norm_squared()).sum::<f64>().sqrt();
+        let untold = if self.constraints.is_empty() { self.shell.free_norm(&self.force) == 0.0 } else { known == 0.0 };
+        if untold { self.solver.elastic_force(&self.u) } else { known }
     }
 }
