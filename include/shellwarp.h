@@ -2512,13 +2512,14 @@ SwStatus sw_state_certify_watched(const struct SwState *state,
 // energy. sw_state_reset, sw_state_set_method and whatever puts the shell elsewhere forget it.
 // steps is 0 to 100; 0 forgets it. A nonlinear shell needs none. SW_STEPS_AUTO goes on to the full
 // shell's equilibrium, as sw_state_certify seeks it, where that finds more than 5 % of the
-// displacement wrong. Where it finds more than half wrong, and nothing is kept of an earlier frame,
-// or no equilibrium, it takes the way from rest, of shells of up to 2,500 vertices that supports or
-// handles hold and that touch nothing. It is for states that move by fields and have no velocities,
-// as after sw_state_equilibrium, without SW_STATE_DETERMINISTIC, whose rest shape does not move. Of
-// any other, and where it finds none, it keeps nothing and succeeds. In motion it does nothing:
-// near a fold the inertia of a method that is far off leads astray. Each takes a factorization of
-// the full shell's stiffness, and the first call its analysis, which the model keeps. Allocates.
+// displacement wrong. Where it finds no equilibrium it takes the full shell's way from rest. So it
+// does first where more than half is wrong and nothing is kept of an earlier frame. That way is for
+// shells of up to 2,500 vertices that supports or handles hold and that touch nothing.
+// SW_STEPS_AUTO is for states that move by fields and have no velocities, as after
+// sw_state_equilibrium, without SW_STATE_DETERMINISTIC, whose rest shape does not move. Of any
+// other, and where it finds none, it keeps nothing and succeeds. In motion it does nothing: near a
+// fold the inertia of a method that is far off leads astray. Each takes a factorization of the full
+// shell's stiffness, and the first call its analysis, which the model keeps. Allocates.
 // Errors: as sw_state_certify; what was kept before stays.
 SwStatus sw_state_correct(struct SwState *state,
                           uint32_t steps);

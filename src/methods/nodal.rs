@@ -56,7 +56,7 @@ struct Nodal {
     stepped: f64,
     /// What that step got wrong, where it had two stages.
     missed: Option<f64>,
-    /// Whether u is a pose that fields had.
+    /// Whether u is a pose that modes or fields had.
     foreign: bool,
 }
 

@@ -4,7 +4,7 @@
 //! the method's pose is on another branch than the full shell, as where the shell has buckled, steps from that pose find no way to it; steps from
 //! where it was a frame before do.
 
-use super::certify::BALANCED;
+use super::certify::{BALANCED, Certificate};
 use super::{Space, State};
 use crate::arithmetic::Arithmetic;
 use crate::error::{invalid, try_zeroed, unless_none};
@@ -73,19 +73,27 @@ impl State {
         if error <= NEAR {
             return Ok(None);
         }
-        let lost = error > LOST && self.correction.is_none();
-        if let Some(end) = if lost { self.way_from_rest()? } else { None } {
-            return Ok(Some(self.way_to(&end)));
-        }
+        let end = if error > LOST && self.correction.is_none() {
+            match self.way_from_rest()? {
+                None => self.end_beside(own)?,
+                end => end,
+            }
+        } else {
+            match self.end_beside(own)? {
+                None => self.way_from_rest()?,
+                end => end,
+            }
+        };
+        Ok(end.map(|end| self.way_to(&end)))
+    }
+
+    /// The equilibrium that two steps lead to, or else the one that the pose's `own` estimate did.
+    fn end_beside(&self, own: Option<(Certificate, Vec<Vec3>)>) -> Result<Option<Vec<Vec3>>> {
         let begun = unless_none(self.steps_toward(FIRST))?;
         let from_there = |begun: Correcting| unless_none(self.estimate(Some(&begun.way), &mut |_| Ok(())));
         let led = begun.map(from_there).transpose()?.flatten();
         let balanced = [led, own].into_iter().flatten().find(|(certificate, _)| certificate.remaining <= BALANCED);
-        let end = match balanced {
-            None if !lost => self.way_from_rest()?,
-            balanced => balanced.map(|(_, end)| end),
-        };
-        Ok(end.map(|end| self.way_to(&end)))
+        Ok(balanced.map(|(_, end)| end))
     }
 
     /// Where the full shell comes to from rest under the loads, of a shell that is small enough for it and is held.

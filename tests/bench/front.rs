@@ -69,7 +69,8 @@ fn off(scene: &Scene, state: &State, case: &Case) -> f64 {
     mass_error(&scene.shell, &displacements(state), &case.exact)
 }
 
-/// Where the full shell rests beside a state: how far that is off, and its potential energy beside the reference's. Empty where it finds no rest.
+/// Where the full shell comes to rest from a state, beside it or by the way from rest: how far that is off, and its potential energy beside the
+/// reference's. Empty where it finds no rest.
 fn beside(scene: &Scene, state: &State, case: &Case) -> String {
     let mut full = match state.try_clone() {
         Ok(full) => full,
@@ -80,7 +81,7 @@ fn beside(scene: &Scene, state: &State, case: &Case) -> String {
     }
     let [own, reference] = [&displacements(&full), &case.exact].map(|u| case.potential(scene, u));
     format!(
-        " [beside it the full shell rests {:.4} off, energy {own:.6e}, reference {reference:.6e}]",
+        " [from there the full shell rests {:.4} off, energy {own:.6e}, reference {reference:.6e}]",
         off(scene, &full, case)
     )
 }

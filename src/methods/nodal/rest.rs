@@ -1,6 +1,6 @@
 //! The static solution of the full shell.
 //!
-//! A pose that fields had stretches a thin shell a little everywhere. The force of that is most of what there is, so the way from the
+//! A pose that modes or fields had stretches a thin shell a little everywhere. The force of that is most of what there is, so the way from the
 //! load that such a pose balances to the one that acts leads far from it. So the equilibrium that is nearest comes first, as a certificate seeks it.
 
 use super::Nodal;
