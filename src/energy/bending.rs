@@ -4,20 +4,21 @@
 //! [`super::hinge`], with f of [`super::fold_over`]. They touch its corners and those beyond its edges. A triangle on less than a hundredth of its area lets go of its angles, as there.
 //! At a clamp the fourth corner stays where the rest triangle goes on, and the angle counts twice.
 
-use super::fold_over::fold_over;
-use super::hinge::{
-    add_letting_go, angle_curvature, angle_gradient, dihedral_angle, normals, presence, small, small_of,
-    wrapped_difference,
-};
+mod lanes;
+mod side_by_side;
+mod triangle;
+
 use super::law::Law;
 use super::mirror::{Mirror, MirroredEnergy};
 use super::patch::{self, Beyond};
 use super::rest::Rest;
-use super::{Curvature, ElementHessian, Energy, Fold, MAX_ELEMENT as MOST, Mat3, RestRow, Stress, Term, flips};
+use super::{Curvature, ElementHessian, Energy, Fold, MAX_ELEMENT as MOST, RestRow, Stress, Term, flips};
 use crate::material::Creases;
 use crate::mesh::NONE;
 use crate::{Mesh, Vec3};
 use nalgebra::{Matrix3, Vector3};
+use side_by_side::{Rooms, each_few};
+use triangle::{CLAMP, Edge, Patch};
 
 /// What a triangle's bending stiffness is made of.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -82,32 +83,6 @@ pub struct BendingEnergy {
     rest: Vec<[[Vec3; MOST]; 3]>,
 }
 
-/// A triangle with what is beyond its edges, and those of its elements that count.
-#[derive(Clone, Copy)]
-struct Patch {
-    vertices: [u32; MOST],
-    /// How many vertices, and elements.
-    size: usize,
-    kept: usize,
-    edges: [Option<Edge>; 3],
-    /// Each element by the angles at the edges.
-    rows: [Vector3<f64>; 3],
-}
-
-/// An edge of a patch.
-#[derive(Clone, Copy)]
-struct Edge {
-    /// Where in the patch its ends and the opposite corners are; [`CLAMP`] for a corner that stays.
-    places: [u8; 4],
-    rest_angle: f64,
-    /// (2 Ā/100)² of the two triangles.
-    small: [f64; 2],
-    /// The corner that stays, of a clamp.
-    stays: Vec3,
-    /// 2 at a clamp.
-    factor: f64,
-}
-
 /// Where the corners of the triangles are without stress.
 struct Shape<'a> {
     x: &'a [Vec3],
@@ -143,17 +118,6 @@ fn doubled([a, b, c]: &[Vec3; 3]) -> f64 {
 
 /// Cosine of two directions between which an edge stays: a seam stays where it is.
 const TURN: f64 = 0.9;
-const CLAMP: u8 = u8::MAX;
-
-/// An edge in a shape.
-#[derive(Clone, Copy, Default)]
-struct Bend {
-    corners: [Vec3; 4],
-    /// φ₁φ₂, by the factor.
-    share: f64,
-    /// f(θ − θ̄), and its first two derivatives.
-    turn: [f64; 3],
-}
 
 impl BendingEnergy {
     /// `stiffness` is LLᵀ = C, moment, of (κ₁₁, κ₂₂, 2κ₁₂), isotropic. Edges of the mesh whose ends both are `clamped` (n_vertices, or
@@ -245,191 +209,48 @@ impl BendingEnergy {
         let of = |(patches, rest)| Self { patches, rest };
         (of(own), of(across), vertices)
     }
-}
 
-impl Patch {
-    /// Adds the images beyond planes of symmetry to `images`. `areas` are twice those of the triangles at each edge, if not those of the mesh.
-    fn new(
-        mesh: &Mesh,
-        of: &Edges,
-        (triangle, beyond, areas): (&[u32; 3], &[Beyond; 3], Option<Doubled>),
-        elements: &Matrix3<f64>,
-        images: &mut Vec<(u32, Mirror)>,
-    ) -> Self {
-        let mut vertices = [NONE; MOST];
-        vertices[..3].copy_from_slice(triangle);
-        let mut size = 3;
-        let mut place = |v: u32| {
-            let known = vertices[..size].iter().position(|other| *other == v);
-            known.unwrap_or_else(|| {
-                vertices[size] = v;
-                size += 1;
-                size - 1
-            }) as u8
-        };
-        let edges = std::array::from_fn(|k| {
-            let places = [(k + 1) % 3, (k + 2) % 3, k].map(|place| place as u8);
-            let corners_in = |x: &[Vec3]| places.map(|place| x[triangle[place as usize] as usize]);
-            let (last, [a, b, c], d) = match beyond[k] {
-                Beyond::Free => return None,
-                Beyond::Clamp => (CLAMP, corners_in(of.given), mirrored(corners_in(of.given))),
-                Beyond::Vertex { corner: v, .. } => (place(v), corners_in(&mesh.positions), mesh.positions[v as usize]),
-                Beyond::Image(plane) => {
-                    let (plane, corners) = (plane.at(&mesh.positions, of.given), corners_in(&mesh.positions));
-                    images.push((triangle[k], plane));
-                    (place((mesh.positions.len() + images.len() - 1) as u32), corners, plane.image(&corners[2]))
-                }
-            };
-            let corners = [a, b, c, d];
-            let crease = of.creases.at([places[0], places[1]].map(|place| triangle[place as usize]));
-            let own = crease.filter(|_| last != CLAMP).and_then(|crease| crease.angle);
-            Some(Edge {
-                places: [places[0], places[1], places[2], last],
-                rest_angle: own.unwrap_or_else(|| dihedral_angle(&corners)),
-                small: areas.map_or_else(|| small(&corners), |of| of[k].map(small_of)),
-                stays: d,
-                factor: if last == CLAMP { 2.0 } else { 1.0 },
-            })
-        });
-        let rows = std::array::from_fn(|i| elements.row(i).transpose());
-        Self { vertices, size, kept: 3, edges, rows }
-    }
-
-    fn vertices(&self) -> &[u32] {
-        &self.vertices[..self.size]
-    }
-
-    fn rows(&self) -> &[Vector3<f64>] {
-        &self.rows[..self.kept]
-    }
-
-    /// At the three edges; none of a free one.
-    fn bends(&self, x: &[Vec3]) -> [Bend; 3] {
-        self.edges.each_ref().map(|edge| {
-            let Some(edge) = edge else { return Bend::default() };
-            let corner = |place: u8| match place {
-                CLAMP => edge.stays,
-                place => x[self.vertices[place as usize] as usize],
-            };
-            let corners = edge.places.map(corner);
-            let turn = fold_over(wrapped_difference(dihedral_angle(&corners), edge.rest_angle));
-            let (n1, n2) = normals(&corners);
-            let there = |n: Vec3, small: f64| presence(n.norm_squared() / small);
-            Bend { corners, share: edge.factor * there(n1, edge.small[0]) * there(n2, edge.small[1]), turn }
-        })
-    }
-
-    /// ε of the elements that count, and 0.
-    fn strains(&self, bends: &[Bend; 3]) -> [f64; 3] {
-        let turns = Vector3::from_fn(|k, _| bends[k].share * bends[k].turn[0]);
-        std::array::from_fn(|i| if i < self.kept { self.rows[i].dot(&turns) } else { 0.0 })
-    }
-
-    /// ∂(φ₁φ₂ f) of an edge by its corners, by the factor.
-    fn slope(edge: &Edge, bend: &Bend) -> [Vec3; 4] {
-        let mut gradient = angle_gradient(&bend.corners);
-        let share = bend.share / edge.factor;
-        if share < 1.0 || bend.turn[1] != 1.0 {
-            gradient.iter_mut().for_each(|g| *g *= share * bend.turn[1]);
-            add_letting_go(&bend.corners, &edge.small, bend.turn[0], &mut gradient);
-        }
-        gradient.map(|g| edge.factor * g)
-    }
-
-    /// ∇ε of the elements, by vertex.
-    fn gradients(&self, bends: &[Bend; 3]) -> [[Vec3; MOST]; 3] {
-        let mut gradients = [[Vec3::zeros(); MOST]; 3];
-        for (k, (edge, bend)) in self.edges.iter().zip(bends).enumerate() {
-            let Some(edge) = edge else { continue };
-            for (place, slope) in edge.places.iter().zip(Self::slope(edge, bend)).filter(|(place, _)| **place != CLAMP)
-            {
-                for (gradient, row) in gradients.iter_mut().zip(self.rows()) {
-                    gradient[*place as usize] += row[k] * slope;
-                }
+    /// As [`Energy::sampled`].
+    fn sample(&self, weights: &[f64], index: &[u32]) -> Self {
+        let mut weights = weights.iter();
+        let (mut patches, mut rest) = (vec![], vec![]);
+        for (patch, gradients) in self.patches.iter().zip(&self.rest) {
+            let (mut sample, mut at_rest) = (Patch { kept: 0, ..*patch }, *gradients);
+            let own = patch.rows().iter().zip(gradients);
+            for ((row, gradient), weight) in own.zip(&mut weights).filter(|(_, weight)| **weight != 0.0) {
+                sample.rows[sample.kept] = weight.sqrt() * row;
+                at_rest[sample.kept] = gradient.map(|g| weight.sqrt() * g);
+                sample.kept += 1;
+            }
+            if sample.kept > 0 {
+                sample.vertices[..patch.size].iter_mut().for_each(|v| *v = index[*v as usize]);
+                patches.push(sample);
+                rest.push(at_rest);
             }
         }
-        gradients
+        Self { patches, rest }
     }
-
-    /// ∂²f at the edges; 0 at a free one.
-    fn curvatures(&self, bends: &[Bend; 3]) -> [[Mat3; 16]; 3] {
-        std::array::from_fn(|k| match self.edges[k] {
-            Some(_) => {
-                let (mut blocks, [_, rate, bow]) = (angle_curvature(&bends[k].corners), bends[k].turn);
-                if rate != 1.0 {
-                    let gradient = angle_gradient(&bends[k].corners);
-                    for (ij, block) in blocks.iter_mut().enumerate() {
-                        *block = rate * *block + bow * gradient[ij / 4] * gradient[ij % 4].transpose();
-                    }
-                }
-                blocks
-            }
-            None => [Mat3::zeros(); 16],
-        })
-    }
-
-    /// blocks += Σ m ∂²f over the edges, of moments m.
-    fn add_curvature(
-        &self,
-        bends: &[Bend; 3],
-        curvatures: &[[Mat3; 16]; 3],
-        moments: &Vector3<f64>,
-        blocks: &mut [Mat3],
-    ) {
-        for (k, (edge, bend)) in self.edges.iter().zip(bends).enumerate() {
-            let Some(edge) = edge else { continue };
-            let moment = moments[k] * bend.share;
-            for (ij, block) in curvatures[k].iter().enumerate() {
-                let (i, j) = (edge.places[ij / 4], edge.places[ij % 4]);
-                if i != CLAMP && j != CLAMP {
-                    blocks[i as usize * self.size + j as usize] += moment * block;
-                }
-            }
-        }
-    }
-
-    /// Hands Σ ∇ε∇εᵀ + σ ∂²ε over the elements to `visit`; without σ the first part.
-    fn visit_hessian(&self, bends: &[Bend; 3], stress: Option<[f64; 3]>, visit: &mut dyn FnMut(ElementHessian)) {
-        let mut blocks = [Mat3::zeros(); MOST * MOST];
-        let blocks = &mut blocks[..self.size * self.size];
-        if let Some(stress) = stress {
-            let moments: Vector3<f64> = self.rows().iter().zip(stress).map(|(row, stress)| stress * row).sum();
-            self.add_curvature(bends, &self.curvatures(bends), &moments, blocks);
-        }
-        for gradient in &self.gradients(bends)[..self.kept] {
-            for (ij, block) in blocks.iter_mut().enumerate() {
-                *block += gradient[ij / self.size] * gradient[ij % self.size].transpose();
-            }
-        }
-        visit((self.vertices(), blocks));
-    }
-}
-
-/// The third corner of a triangle mirrored in its plane at the first two.
-fn mirrored([a, b, c]: [Vec3; 3]) -> Vec3 {
-    let edge = b - a;
-    let foot = a + edge * ((c - a).dot(&edge) / edge.norm_squared());
-    2.0 * foot - c
 }
 
 impl Energy for BendingEnergy {
     fn value(&self, x: &[Vec3]) -> f64 {
-        let of = |patch: &Patch| patch.strains(&patch.bends(x)).iter().map(|strain| strain * strain).sum::<f64>();
-        0.5 * self.patches.iter().map(of).sum::<f64>()
+        let mut sum = 0.0;
+        let mut add = |strains: [f64; 3]| sum += strains.iter().map(|strain| strain * strain).sum::<f64>();
+        each_few(&self.patches, x, |few| few.strains(&mut add));
+        0.5 * sum
     }
 
     fn add_gradient(&self, x: &[Vec3], gradient: &mut [Vec3]) {
-        for patch in &self.patches {
-            let bends = patch.bends(x);
-            let pulls = patch.rows().iter().zip(patch.strains(&bends)).map(|(row, strain)| strain * row);
-            let moments: Vector3<f64> = pulls.sum();
-            for (k, (edge, bend)) in patch.edges.iter().zip(&bends).enumerate() {
+        let mut add = |patch: &Patch, turns: &Vector3<f64>, slopes: [[Vec3; 4]; 3]| {
+            let moments = patch.moments(patch.strains(turns));
+            for (k, edge) in patch.edges.iter().enumerate() {
                 let Some(edge) = edge else { continue };
-                for (place, slope) in edge.places.iter().zip(Patch::slope(edge, bend)).filter(|(p, _)| **p != CLAMP) {
+                for (place, slope) in edge.places.iter().zip(slopes[k]).filter(|(place, _)| **place != CLAMP) {
                     gradient[patch.vertices[*place as usize] as usize] += moments[k] * slope;
                 }
             }
-        }
+        };
+        each_few(&self.patches, x, |few| few.slopes(&mut add));
     }
 
     fn visit_rest_rows(&self, visit: &mut dyn FnMut(RestRow)) {
@@ -439,21 +260,20 @@ impl Energy for BendingEnergy {
     }
 
     fn visit_hessian(&self, x: &[Vec3], curvature: Curvature, visit: &mut dyn FnMut(ElementHessian)) {
-        for patch in &self.patches {
-            let bends = patch.bends(x);
-            let stress = (curvature == Curvature::Exact).then(|| patch.strains(&bends));
-            patch.visit_hessian(&bends, stress, visit);
-        }
+        let mut rooms = Rooms::new();
+        let own = |_: &Patch, strains: &dyn Fn() -> [f64; 3]| strains();
+        let stress = (curvature == Curvature::Exact).then_some(own);
+        each_few(&self.patches, x, |few| few.hessians(&mut rooms, stress, visit));
     }
 
     fn visit_strains(&self, x: &[Vec3], visit: &mut dyn FnMut(RestRow, f64)) {
-        for patch in &self.patches {
-            let bends = patch.bends(x);
-            let strains = patch.strains(&bends);
-            for (gradient, strain) in patch.gradients(&bends).iter().zip(strains).take(patch.kept) {
+        let mut rooms = Rooms::new();
+        let mut each = |patch: &Patch, strains: [f64; 3], gradients: &[[Vec3; MOST]; 3]| {
+            for (gradient, strain) in gradients.iter().zip(strains).take(patch.kept) {
                 visit((patch.vertices(), &gradient[..patch.size]), strain);
             }
-        }
+        };
+        each_few(&self.patches, x, |few| few.gradients(&mut rooms, &mut each));
     }
 
     fn visit_stress_hessian(
@@ -463,28 +283,17 @@ impl Energy for BendingEnergy {
         curvature: Curvature,
         visit: &mut dyn FnMut(ElementHessian),
     ) {
-        let mut stress = stress.iter();
-        for patch in &self.patches {
-            let bends = patch.bends(x);
-            let curvatures = (curvature == Curvature::Exact).then(|| patch.curvatures(&bends));
-            for (row, stress) in patch.rows().iter().zip(&mut stress) {
-                let mut blocks = [Mat3::zeros(); MOST * MOST];
-                let blocks = &mut blocks[..patch.size * patch.size];
-                if let Some(curvatures) = &curvatures {
-                    patch.add_curvature(&bends, curvatures, &(*stress * row), blocks);
-                }
-                visit((patch.vertices(), blocks));
-            }
-        }
+        let (mut rooms, mut each) = (Rooms::new(), stress.iter());
+        let exact = curvature == Curvature::Exact;
+        let mut next = |patch: &Patch| patch.next_stress(&mut each).map(|of| if exact { of } else { 0.0 });
+        each_few(&self.patches, x, |few| few.curvatures(&mut rooms, &mut next, visit));
     }
 
     fn visit_mixed_hessian(&self, x: &[Vec3], stress: Stress, visit: &mut dyn FnMut(ElementHessian)) {
-        let mut each = stress.of.iter();
-        for patch in &self.patches {
-            let mut own = [0.0; 3];
-            own.iter_mut().take(patch.kept).zip(&mut each).for_each(|(own, of)| *own = stress.share * of);
-            patch.visit_hessian(&patch.bends(x), Some(own), visit);
-        }
+        let (mut rooms, mut each) = (Rooms::new(), stress.of.iter());
+        let mut given =
+            |patch: &Patch, _: &dyn Fn() -> [f64; 3]| patch.next_stress(&mut each).map(|of| stress.share * of);
+        each_few(&self.patches, x, |few| few.hessians(&mut rooms, Some(&mut given), visit));
     }
 
     fn n_membrane(&self) -> usize {
@@ -516,22 +325,6 @@ impl Energy for BendingEnergy {
     }
 
     fn sampled(&self, weights: &[f64], index: &[u32]) -> Box<dyn Energy> {
-        let mut weights = weights.iter();
-        let (mut patches, mut rest) = (vec![], vec![]);
-        for (patch, gradients) in self.patches.iter().zip(&self.rest) {
-            let (mut sample, mut at_rest) = (Patch { kept: 0, ..*patch }, *gradients);
-            let own = patch.rows().iter().zip(gradients);
-            for ((row, gradient), weight) in own.zip(&mut weights).filter(|(_, weight)| **weight != 0.0) {
-                sample.rows[sample.kept] = weight.sqrt() * row;
-                at_rest[sample.kept] = gradient.map(|g| weight.sqrt() * g);
-                sample.kept += 1;
-            }
-            if sample.kept > 0 {
-                sample.vertices[..patch.size].iter_mut().for_each(|v| *v = index[*v as usize]);
-                patches.push(sample);
-                rest.push(at_rest);
-            }
-        }
-        Box::new(Self { patches, rest })
+        Box::new(self.sample(weights, index))
     }
 }

@@ -16,7 +16,7 @@ pub struct Corners([Lanes; 12]);
 /// What corners tell of their angles.
 pub struct Slopes {
     /// ∂θ by the corners, and them.
-    gradient: [Lanes; 12],
+    pub(super) gradient: [Lanes; 12],
     /// |N|² of both triangles.
     pub squared: [Lanes; 2],
     /// The sine and the cosine of θ, but for a factor.
@@ -39,26 +39,42 @@ pub type Room = [Lanes; 16 * 9];
 impl Corners {
     /// Of up to [`LANES`] hinges; what is left of the lanes has the last one again.
     pub fn of(hinges: impl Iterator<Item = [Vec3; 4]>) -> Self {
-        let (mut lanes, mut count) = ([[0.0; LANES]; 12], 0);
+        let mut corners = Self::new();
+        corners.set(hinges);
+        corners
+    }
+
+    /// Zeros.
+    pub fn new() -> Self {
+        Self([[0.0; LANES]; 12])
+    }
+
+    /// To those of such hinges.
+    #[inline(always)]
+    pub fn set(&mut self, hinges: impl Iterator<Item = [Vec3; 4]>) {
+        let (Self(lanes), mut count) = (self, 0);
         for corners in hinges {
             for (own, x) in lanes.chunks_exact_mut(3).zip(corners) {
                 (0..3).for_each(|c| own[c][count] = x[c]);
             }
             count += 1;
         }
-        for own in &mut lanes {
+        for own in lanes {
             let last = own[count - 1];
             own[count..].fill(last);
         }
-        Self(lanes)
     }
 
     /// What they tell of their angles.
     pub fn slopes(&self, arch: Arch) -> Slopes {
-        let none = [0.0; LANES];
-        let mut slopes = Slopes { gradient: [none; 12], squared: [none; 2], angle: [none; 2] };
-        arch.dispatch(FindSlopes { corners: self, slopes: &mut slopes });
+        let mut slopes = Slopes::new();
+        self.find_slopes(arch, &mut slopes);
         slopes
+    }
+
+    /// The same.
+    pub fn find_slopes(&self, arch: Arch, slopes: &mut Slopes) {
+        arch.dispatch(FindSlopes { corners: self, slopes });
     }
 
     /// What is made of them where no triangle has collapsed.
@@ -68,6 +84,12 @@ impl Corners {
 }
 
 impl Slopes {
+    /// Zeros.
+    pub fn new() -> Self {
+        let none = [0.0; LANES];
+        Self { gradient: [none; 12], squared: [none; 2], angle: [none; 2] }
+    }
+
     /// ∂θ of one.
     #[inline(always)]
     pub fn gradient(&self, lane: usize) -> [Vec3; 4] {
@@ -87,11 +109,11 @@ pub fn read(room: &Room, lane: usize) -> [Mat3; 16] {
 
 /// A register of numbers.
 #[derive(Clone, Copy)]
-struct Number<S: Simd>(S, S::f64s);
+pub(super) struct Number<S: Simd>(S, S::f64s);
 /// As many vectors.
-type Vector<S> = [Number<S>; 3];
+pub(super) type Vector<S> = [Number<S>; 3];
 /// As many matrices, column by column.
-type Matrix<S> = [Number<S>; 9];
+pub(super) type Matrix<S> = [Number<S>; 9];
 
 /// An operator by the register's own.
 macro_rules! operator {
@@ -123,18 +145,18 @@ impl<S: Simd> Neg for Number<S> {
 
 impl<S: Simd> Number<S> {
     #[inline(always)]
-    fn of(simd: S, number: f64) -> Self {
+    pub(super) fn of(simd: S, number: f64) -> Self {
         Self(simd, simd.splat_f64s(number))
     }
 
     /// The r-th register of lanes.
     #[inline(always)]
-    fn at(simd: S, lanes: &Lanes, r: usize) -> Self {
+    pub(super) fn at(simd: S, lanes: &Lanes, r: usize) -> Self {
         Self(simd, S::as_simd_f64s(lanes).0[r])
     }
 
     #[inline(always)]
-    fn put(self, lanes: &mut Lanes, r: usize) {
+    pub(super) fn put(self, lanes: &mut Lanes, r: usize) {
         S::as_mut_simd_f64s(lanes).0[r] = self.1;
     }
 
@@ -185,13 +207,13 @@ fn across<S: Simd>(matrix: &Matrix<S>, [vx, vy, vz]: Vector<S>) -> Matrix<S> {
 }
 
 /// Registers that lanes fill.
-fn registers<S: Simd>() -> usize {
+pub(super) fn registers<S: Simd>() -> usize {
     LANES * size_of::<f64>() / size_of::<S::f64s>()
 }
 
 /// The k-th corner.
 #[inline(always)]
-fn corner<S: Simd>(simd: S, Corners(lanes): &Corners, k: usize, r: usize) -> Vector<S> {
+pub(super) fn corner<S: Simd>(simd: S, Corners(lanes): &Corners, k: usize, r: usize) -> Vector<S> {
     let [x, y, z] = [&lanes[3 * k], &lanes[3 * k + 1], &lanes[3 * k + 2]];
     [Number::at(simd, x, r), Number::at(simd, y, r), Number::at(simd, z, r)]
 }
@@ -233,7 +255,12 @@ impl WithSimd for FindSlopes<'_> {
 
 /// Adds what one triangle has of ∂²θ, as [`super::hinge`].
 #[inline(always)]
-fn add_curvature_share<S: Simd>(simd: S, blocks: &mut [Matrix<S>; 16], [p, q, r]: [Vector<S>; 3], slots: [usize; 3]) {
+pub(super) fn add_curvature_share<S: Simd>(
+    simd: S,
+    blocks: &mut [Matrix<S>; 16],
+    [p, q, r]: [Vector<S>; 3],
+    slots: [usize; 3],
+) {
     let (one, two) = (Number::of(simd, 1.0), Number::of(simd, 2.0));
     let (edge, way) = (less(q, p), less(r, p));
     let (squared, normal) = (dot(edge, edge), cross(edge, way));

@@ -95,6 +95,11 @@ impl Triangle {
         &self.rows[..self.kept]
     }
 
+    /// Σ σ row of the next stresses.
+    fn pull<'a>(&self, each: &mut impl Iterator<Item = &'a f64>) -> Vector3<f64> {
+        self.rows().iter().zip(each).map(|(row, of)| *of * row).sum()
+    }
+
     /// Σ ∇ε∇εᵀ + σ ∂²ε over the elements, with `pull` = Σ σ row.
     fn hessian(&self, sides: &[Vec3; 2], pull: &Vector3<f64>, share: f64) -> [Mat3; 9] {
         let mut blocks = Self::curvature(pull, share);
@@ -172,17 +177,16 @@ impl Energy for MembraneEnergy {
         curvature: Curvature,
         visit: &mut dyn FnMut(ElementHessian),
     ) {
-        let rows = self.triangles.iter().flat_map(|t| t.rows().iter().map(move |row| (t, row)));
-        for ((t, row), stress) in rows.zip(stress) {
-            visit((&t.corners, &Triangle::curvature(&(*stress * row), curvature.share())));
+        let mut each = stress.iter();
+        for t in &self.triangles {
+            visit((&t.corners, &Triangle::curvature(&t.pull(&mut each), curvature.share())));
         }
     }
 
     fn visit_mixed_hessian(&self, x: &[Vec3], stress: Stress, visit: &mut dyn FnMut(ElementHessian)) {
         let mut each = stress.of.iter();
         for t in &self.triangles {
-            let pull: Vector3<f64> = t.rows().iter().zip(&mut each).map(|(row, of)| *of * row).sum();
-            visit((&t.corners, &t.hessian(&t.sides(x), &pull, stress.share)));
+            visit((&t.corners, &t.hessian(&t.sides(x), &t.pull(&mut each), stress.share)));
         }
     }
 

@@ -115,8 +115,8 @@ pub trait Energy: Send + Sync {
     /// As [`Energy::visit_rows`], with the strain √(2w) s of each element: E = Σ (√(2w) s)²/2.
     fn visit_strains(&self, x: &[Vec3], visit: &mut dyn FnMut(RestRow, f64));
 
-    /// Hands σ ∂²(√(2w) s)/∂x² of every element, with the stresses σ given, to `visit`, in the order of the rest rows; by
-    /// [`Curvature::Semidefinite`] a positive semidefinite part of it.
+    /// Hands σ ∂²(√(2w) s)/∂x² of the elements, with the stresses σ given, to `visit`, in the order of the rest rows; by
+    /// [`Curvature::Semidefinite`] a positive semidefinite part of it. Elements on the same vertices may come as one, their sum.
     fn visit_stress_hessian(
         &self,
         x: &[Vec3],

@@ -380,19 +380,15 @@ impl ReducedEnergy {
         let room = scratch.sampled();
         self.place(q, room);
         let Room { x, blocks, strain_rows, stress, product, square, lines, coupling, .. } = room;
-        let (mut e, mut before) = (0, None);
+        self.find_curvature((x, stress), curvature, blocks);
         let own = self.membrane_share;
-        self.energy.visit_stress_hessian(x, stress, curvature, &mut |(vertices, element)| {
-            let (k, row) = (vertices.len(), &strain_rows[e]);
+        for (e, (((_, k), row), at)) in self.elements.iter().zip(&*strain_rows).zip(&self.places).enumerate() {
             let share = if e < self.membrane { own } else { 1.0 };
-            let at = self.places[e];
-            let first = before != Some(at);
-            for (ij, (sum, block)) in blocks[at..at + element.len()].iter_mut().zip(element).enumerate() {
-                let own = block + share * row[ij / k] * row[ij % k].transpose();
-                *sum = if first { own } else { *sum + own };
+            for (blocks, left) in blocks[*at..at + k * k].chunks_exact_mut(*k).zip(row) {
+                let left = share * left;
+                blocks.iter_mut().zip(row).for_each(|(block, right)| *block += left * right.transpose());
             }
-            (e, before) = (e + 1, Some(at));
-        });
+        }
         square.fill(0.0);
         let Self { rows, stride, groups: elements, .. } = self;
         self.arch.dispatch(products::Multiply { rows, stride: *stride, elements, blocks, out: product });
@@ -407,6 +403,19 @@ impl ReducedEnergy {
         if let Some(d) = &self.correction {
             out.view_mut((0, 0), d.shape()).add_assign(d);
         }
+    }
+
+    /// Σ σ ∂²ε of each group.
+    fn find_curvature(&self, (x, stress): (&[Vec3], &[f64]), curvature: Curvature, blocks: &mut [Mat3]) {
+        let (mut groups, mut now, mut at, mut end) = (self.groups.iter(), &[][..], 0, 0);
+        self.energy.visit_stress_hessian(x, stress, curvature, &mut |(vertices, element)| {
+            if vertices == now {
+                return blocks[at..end].iter_mut().zip(element).for_each(|(sum, block)| *sum += block);
+            }
+            now = groups.next().map_or(&[], |(vertices, k)| &vertices[..*k]);
+            (at, end) = (end, end + element.len());
+            blocks[at..end].copy_from_slice(element);
+        });
     }
 
     /// Bᵀ(Σ b bᵀ)B with the rows √(2w) ∇s at x̄ + Bq: the viscosity of [`crate::reference`].

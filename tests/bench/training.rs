@@ -12,12 +12,13 @@ mod common;
 mod docs;
 
 use common::{displacements, leaf, leaf_of, mass_error, mesh};
+use shellwarp::material::ElasticSheet;
 use shellwarp::model::{Model, Options};
 use shellwarp::modes::Phase;
 use shellwarp::state::{Method, State};
 use shellwarp::step::Integrator;
 use shellwarp::threads::set_threads;
-use shellwarp::{Material, Shell, Supports, Vec3, reduced};
+use shellwarp::{Material, Mesh, Shell, Supports, Vec3, reduced};
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -29,6 +30,42 @@ fn dinosaur() -> Shell {
     let material = Material { k_area: 1e6, k_length: 1e6, k_bend: 1e4, area_density: 0.5 };
     let fixed = (0..mesh.positions.len() as u32).filter(|&v| mesh.positions[v as usize].y < 0.02).collect();
     Shell::new(mesh, material, &Supports { fixed, ..Default::default() }).unwrap()
+}
+
+/// Where a point of a flat sheet goes.
+type Place<'a> = &'a dyn Fn(f64, f64) -> Vec3;
+
+/// Sheets of some 1,000 vertices, as a tool makes them: of felt and of paper, held by an end.
+fn sheets() -> Vec<(&'static str, Arc<Shell>)> {
+    let felt = ElasticSheet { young: 5e6, poisson: 0.3, thickness: 1.2e-3, volume_density: 300.0 };
+    let paper = ElasticSheet { young: 3e9, poisson: 0.3, thickness: 2e-4, volume_density: 800.0 };
+    let card = |a: f64, b: f64| Vec3::new(a, b, 0.0);
+    let arch = |a: f64, b: f64| Vec3::new(a, 0.1 * (b / 0.1).sin(), 0.1 * (b / 0.1).cos());
+    let saddle = |a: f64, b: f64| Vec3::new(a, b, 2.0 * (a * a - b * b));
+    let dome = |a: f64, b: f64| Vec3::new(a, b, -2.0 * ((a - 0.12).powi(2) + b * b));
+    let sheet = |place: Place, material: ElasticSheet| {
+        let positions = (0..25).flat_map(|j| (0..40).map(move |i| (i as f64 / 162.5, j as f64 / 160.0 - 0.075)));
+        let triangles = (0..24u32).flat_map(|j| (0..39).map(move |i| (40 * j + i, (i + j) % 2 == 1)));
+        let triangles: Vec<[u32; 3]> = triangles
+            .flat_map(|(a, turned)| match turned {
+                true => [[a, a + 1, a + 41], [a, a + 41, a + 40]],
+                false => [[a, a + 1, a + 40], [a + 1, a + 41, a + 40]],
+            })
+            .collect();
+        let mesh = Mesh::new(positions.map(|(a, b)| place(a, b)).collect(), &triangles).unwrap();
+        let fixed = (0..25).flat_map(|j| [40 * j, 40 * j + 1]).collect();
+        Arc::new(Shell::new(mesh, material, &Supports { fixed, ..Default::default() }).unwrap())
+    };
+    let shapes: [(&str, &str, Place); 4] = [
+        ("card of felt", "card of paper", &card),
+        ("arch of felt", "arch of paper", &arch),
+        ("saddle of felt", "saddle of paper", &saddle),
+        ("dome of felt", "dome of paper", &dome),
+    ];
+    shapes
+        .iter()
+        .flat_map(|(of_felt, of_paper, at)| [(*of_felt, sheet(at, felt)), (*of_paper, sheet(at, paper))])
+        .collect()
 }
 
 /// Seconds of modes, of the modes' derivatives, of training, of what else the fields take, and of the samples.
@@ -158,6 +195,7 @@ fn main() {
     let (costs_only, looks_only) = (asked("--costs"), asked("--looks"));
     if costs_only || looks_only {
         shells.insert(1, ("leaf", Arc::new(leaf_of(44, 21))));
+        shells.extend(sheets());
     }
     let told =
         |option: &str| arguments.iter().position(|a| a == option).map(|at| at + 1).filter(|at| *at < arguments.len());

@@ -118,12 +118,7 @@ fn elements_sum_to_the_energy_and_stresses_to_its_hessian() {
         let [mut whole, mut parts, mut mixed] = [(); 3].map(|()| nalgebra::DMatrix::zeros(n, n));
         energy.visit_hessian(&x, Curvature::Exact, &mut |(v, blocks)| add(&mut whole, v, blocks));
         energy.visit_mixed_hessian(&x, Stress::whole(&strains), &mut |(v, blocks)| add(&mut mixed, v, blocks));
-        let mut count = 0;
-        energy.visit_stress_hessian(&x, &strains, Curvature::Exact, &mut |(v, blocks)| {
-            add(&mut parts, v, blocks);
-            count += 1;
-        });
-        assert_eq!(count, strains.len());
+        energy.visit_stress_hessian(&x, &strains, Curvature::Exact, &mut |(v, blocks)| add(&mut parts, v, blocks));
         energy.visit_rows(&x, &mut |(v, row)| {
             let blocks: Vec<Mat3> =
                 (0..v.len() * v.len()).map(|ij| row[ij / v.len()] * row[ij % v.len()].transpose()).collect();
