@@ -16,6 +16,9 @@ pub struct Effort {
     pub sampled: usize,
     /// Elements that these shapes are found with, at most.
     pub pose_elements: usize,
+    /// Equilibria that α is chosen by, and elements that either energy has there, at most. A quarter of a sheet's elements tell the worse one.
+    pub tried: usize,
+    pub tried_elements: usize,
     /// Entries of the system that samples are chosen by, at most: of the elements of a large mesh, an even choice is looked at. All of them have an
     /// exact solution, the weights 1; two thirds of the hat's 8,920 leave 15 % at least.
     pub entries: usize,
@@ -34,6 +37,8 @@ pub struct Effort {
 pub const FULL: Effort = Effort {
     sampled: 26,
     pose_elements: 6000,
+    tried: 8,
+    tried_elements: 24_000,
     entries: 80_000_000,
     gains: 10_000_000,
     by_totals: false,
@@ -45,6 +50,8 @@ pub const FULL: Effort = Effort {
 pub const LOOK: Effort = Effort {
     sampled: 8,
     pose_elements: 1500,
+    tried: 5,
+    tried_elements: 6_000,
     entries: 10_000_000,
     gains: 600_000,
     by_totals: true,
@@ -155,7 +162,11 @@ impl Size {
         let entries = (elements * rows).min(effort.entries as f64);
         let shapes = 2.0 * modes + (effort.gains as f64 / (3.0 * vertices)).min(200.0);
         let basis = elements * (squared + 40.0 * modes * modes);
-        let searches = squared * (1.7 * sampled * elements.min(effort.pose_elements as f64) + 0.5 * elements);
+        let shapes_of = |count: f64, most: usize| count * elements.min(most as f64);
+        let searches = squared
+            * (1.7 * shapes_of(sampled, effort.pose_elements)
+                + 1.2 * shapes_of(effort.tried as f64, effort.tried_elements)
+                + 0.5 * elements);
         let of_each = |count: f64| count * (400.0 * sampled + 320.0 * probes);
         let of_whole = 150.0 * elements * sampled;
         let system =

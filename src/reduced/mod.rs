@@ -184,7 +184,7 @@ impl ReducedShell {
         let mut energy = ReducedEnergy::new(shell, &columns, &weights);
         energy.arch = arithmetic.arch();
         let sampled: Vec<f64> = samples.iter().map(|s| s.1).collect();
-        assumed.set(&mut energy, &sampled, 1);
+        assumed.set(&mut energy, &sampled, |e| e);
         let n = columns.len();
         let (mass, rest) = (&shell.mass, &shell.mesh.positions);
         let sum = |f: &dyn Fn(usize) -> f64| -> f64 { (0..mass.len()).map(|v| mass[v] * f(v)).sum() };
@@ -401,11 +401,11 @@ impl Assumed {
         Self { stresses: DMatrix::zeros(0, 0), membrane_share: 1.0 }
     }
 
-    /// To an energy on every so many-th of these elements, of these weights.
-    fn set(&self, energy: &mut ReducedEnergy, weights: &[f64], every: usize) {
+    /// To an energy on some of these elements, of these weights; which is told by `number`.
+    fn set(&self, energy: &mut ReducedEnergy, weights: &[f64], number: impl Fn(usize) -> usize) {
         let (t, numbers) = (self.stresses.nrows(), self.stresses.as_slice());
         if t > 0 {
-            energy.assume(weights, |e| &numbers[e * every * t..][..t], self.membrane_share);
+            energy.assume(weights, |e| &numbers[number(e) * t..][..t], self.membrane_share);
         }
         energy.balance();
     }

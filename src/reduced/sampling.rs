@@ -12,6 +12,7 @@
 //! Of a shell that is under stress at rest, forces and strains count by what they differ from those at rest, and its stiffness by differences
 //! of forces, since stress is a part of it.
 
+mod even;
 mod nonnegative;
 
 use super::Assumed;
@@ -20,6 +21,7 @@ use super::elastic::Scratch;
 use super::energy::{Forces, ReducedEnergy};
 use crate::energy::Curvature;
 use crate::{Error, ErrorKind, Result, Shell, Vec3, threads};
+pub(super) use even::even_choice;
 use faer::linalg::triangular_solve::{solve_lower_triangular_in_place, solve_upper_triangular_in_place};
 use faer::{Mat, MatMut, MatRef, Par};
 use nalgebra::{Cholesky, DMatrix, DVector};
@@ -54,7 +56,7 @@ impl Whole {
     pub fn new(shell: &Shell, columns: &[Vec<Vec3>], assumed: &Assumed) -> Self {
         let weights = vec![1.0; shell.energy.n_elements()];
         let mut energy = ReducedEnergy::new(shell, columns, &weights);
-        assumed.set(&mut energy, &weights, 1);
+        assumed.set(&mut energy, &weights, |e| e);
         let (mut scratch, mut stiffness) = (energy.scratch(), DMatrix::zeros(energy.n(), energy.n()));
         energy.hessian(&vec![0.0; energy.n()], Curvature::Exact, &mut scratch, &mut stiffness);
         let coupling = energy.coupling(&mut scratch);
@@ -77,8 +79,7 @@ pub fn sample(
     let lower = Cholesky::new(stiffness.clone()).ok_or_else(singular)?.l();
     let blocks = poses.len() + effort.probes + modes;
     let rows = (all.n() + all.n_stresses()) * blocks;
-    let candidates = n_elements.min(effort.entries / rows);
-    let picked: Vec<usize> = (0..candidates).map(|k| k * n_elements / candidates).collect();
+    let picked = even_choice(n_elements, effort.entries / rows);
     let mut column = vec![usize::MAX; all.n_elements()];
     picked.iter().enumerate().for_each(|(c, &e)| column[e] = c);
     let lower = Mat::from_fn(all.n(), all.n(), |i, j| lower[(i, j)]);

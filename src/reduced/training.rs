@@ -49,8 +49,9 @@ const STRESSES: f64 = 0.3;
 const MEMBRANE_SHARES: [f64; 2] = [LEAST_SHARE, 0.2];
 /// Fields are spent on what the weight does to first order beyond the modes, where that is more than this part of the most that it does.
 const LEAST_WEIGHT: f64 = 0.01;
-/// Equilibria that the choice takes, at least.
+/// Equilibria that the choice takes, at least; and of the displacement, an error there that is none.
 const LEAST_TRIED: usize = 5;
+const LEAST_ERROR: f64 = 1e-4;
 
 /// What fields and stress fields are made of, beside poses.
 pub(super) struct BasisInputs<'a> {
@@ -185,7 +186,7 @@ impl TrainingLoads {
     }
 
     /// How the membrane counts beside so many fields. Of α, of [`MEMBRANE_SHARES`], that is taken with which fields and stress fields of pulls alone come
-    /// nearest to the equilibria under gravity and pressure, which they only nearly hold. Where bending carries the loads the membrane locks unless its
+    /// nearest, by the geometric mean, to equilibria under gravity and pressure, which they only nearly hold. Where bending carries the loads the membrane locks unless its
     /// share is least; where the membrane does, as in a closed trouser leg, stress fields alone are soft. Of a shell that buckles few are found whole: then
     /// halves and parts count, too. The least where there are too few equilibria to tell.
     pub(super) fn assumed(
@@ -205,6 +206,8 @@ impl TrainingLoads {
         if tried.len() < LEAST_TRIED || of.len() < LEAST_TRIED {
             return Ok(Assumed { stresses: stresses()?, membrane_share: LEAST_SHARE });
         }
+        let some = tried.len().min(effort.tried);
+        let tried: Vec<&TrainingPose> = (0..some).map(|k| tried[k * tried.len() / some]).collect();
         let shapes: Vec<&[Vec3]> = of.iter().map(|pose| &pose.displacement[..]).collect();
         let pulled = || Ok((inputs.basis(&shapes, fields)?.0, inputs.stresses(&of, fields)?));
         let ((basis, pulled), stresses) = threads::both(|_| pulled(), |_| stresses(), &mut |_| watch(0.0))?;
@@ -213,10 +216,10 @@ impl TrainingLoads {
         let size = |q: &[f64]| norm_squared(q).sqrt();
         let energies = MEMBRANE_SHARES.map(|membrane_share| {
             assumed.membrane_share = membrane_share;
-            thinned(shell, &columns, &assumed, effort)
+            thinned(shell, &columns, &assumed, effort.tried_elements)
         });
         let all: Vec<_> = (0..energies.len()).flat_map(|s| tried.iter().map(move |pose| (s, *pose))).collect();
-        let mut errors = each(
+        let errors = each(
             &all,
             watch,
             || energies.each_ref().map(|_| None),
@@ -231,11 +234,10 @@ impl TrainingLoads {
             },
         )?;
         let mut best = (f64::INFINITY, LEAST_SHARE);
-        for (errors, membrane_share) in errors.chunks_exact_mut(tried.len()).zip(MEMBRANE_SHARES) {
-            errors.sort_by(f64::total_cmp);
-            let median = errors[errors.len() / 2];
-            if median < best.0 {
-                best = (median, membrane_share);
+        for (errors, membrane_share) in errors.chunks_exact(tried.len()).zip(MEMBRANE_SHARES) {
+            let sum: f64 = errors.iter().map(|error| libm::log(error.max(LEAST_ERROR))).sum();
+            if sum < best.0 {
+                best = (sum, membrane_share);
             }
         }
         Ok(Assumed { stresses, membrane_share: best.1 })
@@ -280,7 +282,7 @@ impl TrainingLoads {
         Cow::from(force)
     }
 
-    /// Reduced equilibria for sampling to look at, and those that handles lead to.
+    /// Reduced equilibria for sampling to look at, sought from those of the full shell under the load or a part of it, and those that handles lead to.
     pub(super) fn poses(
         &self,
         (shell, assumed, effort): (&Shell, &Assumed, &Effort),
@@ -288,7 +290,7 @@ impl TrainingLoads {
         trained: &[TrainingPose],
         watch: &mut dyn FnMut(f64) -> Result<()>,
     ) -> Result<Vec<Vec<f64>>> {
-        let all = &thinned(shell, columns, assumed, effort);
+        let all = &thinned(shell, columns, assumed, effort.pose_elements);
         let loads = self.loads(shell);
         let full_strength: Vec<usize> = (0..self.list.len().min(effort.sampled)).collect();
         let poses = each(
@@ -305,7 +307,9 @@ impl TrainingLoads {
                     free.balance(shell, &shell.mesh.positions, load.to_mut());
                 }
                 let load = sampling::project(columns, &load);
-                let mut q = vec![0.0; all.n()];
+                let found = trained.iter().rfind(|pose| self.whole_of(pose.load) == *k);
+                let mut q =
+                    found.map_or_else(|| vec![0.0; all.n()], |pose| projected(shell, columns, &pose.displacement));
                 newton.minimize(all, &Potential::of_load(&load), &mut q, POSE);
                 vec![q]
             },
@@ -350,13 +354,15 @@ pub(super) fn projected(shell: &Shell, columns: &[Vec<Vec3>], u: &[Vec3]) -> Vec
     sampling::project(columns, &momentum)
 }
 
-/// The energy on all elements, of a large mesh on an even choice: what is found with it need not be exact.
-fn thinned(shell: &Shell, columns: &[Vec<Vec3>], assumed: &Assumed, effort: &Effort) -> ReducedEnergy {
+/// The energy on at most so many elements, evenly chosen: what is found with it need not be exact.
+fn thinned(shell: &Shell, columns: &[Vec<Vec3>], assumed: &Assumed, most: usize) -> ReducedEnergy {
     let n_elements = shell.energy.n_elements();
-    let every = n_elements.div_ceil(effort.pose_elements);
-    let weights: Vec<f64> = (0..n_elements).map(|e| if e % every == 0 { every as f64 } else { 0.0 }).collect();
+    let kept = sampling::even_choice(n_elements, most);
+    let weight = n_elements as f64 / kept.len().max(1) as f64;
+    let mut weights = vec![0.0; n_elements];
+    kept.iter().for_each(|e| weights[*e] = weight);
     let mut all = ReducedEnergy::new(shell, columns, &weights);
-    let weights = vec![every as f64; all.n_elements()];
-    assumed.set(&mut all, &weights, every);
+    let weights = vec![weight; all.n_elements()];
+    assumed.set(&mut all, &weights, |e| kept[e]);
     all
 }

@@ -27,6 +27,9 @@ const SMALLEST_INCREMENT: f64 = 1e-4;
 /// Up to this share of the load, an increment that takes too many iterations is not halved: the shell is on its way down.
 const SNAPPING: f64 = 0.3;
 
+/// The same for a load that is not followed over snaps: the next increment corrects what this one left.
+const LOOSE_ALONG: f64 = 1e-2;
+
 /// The shortest increment before a snap. The shape within a thirtieth of the load before it is nearly the last one.
 const SHORTEST_ALONG: f64 = 0.03;
 
@@ -174,6 +177,8 @@ struct LoadPath {
     done: f64,
     balanced: Vec<Vec3>,
     increment: f64,
+    /// The share that the last increment failed at, if none went past it since.
+    failed: f64,
     /// Where the load leads from there, once an increment of it was tried.
     ahead: Option<Ahead>,
     residual: f64,
@@ -196,6 +201,7 @@ impl LoadPath {
             done: 0.0,
             balanced: solver.x.clone(),
             increment: options.first_increment.max(SMALLEST_INCREMENT),
+            failed: f64::INFINITY,
             ahead: None,
             residual: 0.0,
             iterations: 0,
@@ -248,11 +254,12 @@ impl LoadPath {
         options: &EquilibriumOptions,
         watch: &mut dyn FnMut(EquilibriumProgress) -> Result<()>,
     ) -> Result<()> {
-        let load = if self.done + 1.01 * self.increment >= 1.0 { 1.0 } else { self.done + self.increment };
+        let load = (self.done + self.increment).min(self.failed);
+        let load = if load > 0.99 { 1.0 } else { load };
         solver.origin.copy_from_slice(&solver.x);
         let shares = self.first.iter().zip(forces).map(|(first, last)| first.lerp(last, load));
         solver.force.iter_mut().zip(shares).for_each(|(f, share)| *f = share);
-        let tolerance = if load < 1.0 { LOOSE_TOLERANCE.max(options.tolerance) } else { options.tolerance };
+        let tolerance = if load < 1.0 { LOOSE_ALONG.max(options.tolerance) } else { options.tolerance };
         let stop = Stop { tolerance, scale: self.scale, max_iterations: options.max_iterations };
         let Solver { shell, newton, origin, x, force, points, .. } = solver;
         let (constraints, points) = (&Constraints::none(), Solver::points(points));
@@ -270,17 +277,21 @@ impl LoadPath {
         self.ahead = newton.ahead.take();
         let found = found?;
         self.iterations = iterations;
-        if let Some(end) = found.filter(|end| end.residual <= WORST_RESIDUAL)
+        if let Some(end) = found.filter(|end| end.residual <= WORST_RESIDUAL.max(tolerance))
             && newton.is_foreseen(&potential, (origin, x), LEAP)
         {
             (self.done, self.residual) = (load, end.residual);
             self.increments += 1;
             self.increment *= 2.0;
+            if load >= self.failed {
+                self.failed = f64::INFINITY;
+            }
             self.ahead = None;
             self.balanced.copy_from_slice(x);
             return Ok(());
         }
         x.copy_from_slice(&self.balanced);
+        self.failed = load;
         self.increment = 0.5 * (load - self.done);
         if self.increment >= SHORTEST_ALONG && self.iterations < options.max_iterations {
             return Ok(());

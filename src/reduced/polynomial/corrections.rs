@@ -46,11 +46,14 @@ impl<'a> Roots<'a> {
     /// Of each pair, by one list of gains after the other (shapes × Σ pairs).
     fn at(&self, lists: [&Gains; 2]) -> Mat<f64> {
         let mut z = Mat::zeros(lists.iter().map(|gains| gains.shapes).sum(), self.rows.len());
-        for (row, (b, k)) in self.rows.iter().enumerate() {
+        for ((b, k), z) in self.rows.iter().zip(z.col_iter_mut()) {
+            let Some(z) = z.try_as_col_major_mut() else { break };
+            let (first, second) = z.as_slice_mut().split_at_mut(lists[0].shapes);
             for (i, pair) in self.bends[*b].pairs.iter().enumerate().filter_map(|(i, pair)| Some((i, (*pair)?))) {
                 let root = self.roots[*b][(i, *k)];
-                let gains = lists.iter().flat_map(|gains| gains.of(pair));
-                z.col_mut(row).iter_mut().zip(gains).for_each(|(sum, y)| *sum += root * y);
+                for (sums, gains) in [&mut *first, &mut *second].into_iter().zip(lists) {
+                    sums.iter_mut().zip(gains.of(pair)).for_each(|(sum, y)| *sum += root * y);
+                }
             }
         }
         z

@@ -175,8 +175,12 @@ impl TrainingLoads {
 
     /// What is behind the number of one of [`Self::loads`].
     pub(super) fn load(&self, number: usize) -> &Load {
-        let of_half = number.checked_sub(self.list.len()).map(|k| self.halved[k]);
-        &self.list[of_half.unwrap_or(number)]
+        &self.list[self.whole_of(number)]
+    }
+
+    /// The number of the same load at full strength.
+    pub(super) fn whole_of(&self, number: usize) -> usize {
+        number.checked_sub(self.list.len()).map_or(number, |k| self.halved[k])
     }
 
     /// What a handle does there.
