@@ -16,7 +16,7 @@ pub struct Effort {
     pub sampled: usize,
     /// Elements that these shapes are found with, at most.
     pub pose_elements: usize,
-    /// Equilibria that α is chosen by, and elements that either energy has there, at most. A quarter of a sheet's elements tell the worse one.
+    /// Equilibria that α is chosen by, and elements that either energy has there, at most. On a quarter of a sheet's elements the worse α seems to be better.
     pub tried: usize,
     pub tried_elements: usize,
     /// Entries of the system that samples are chosen by, at most: of the elements of a large mesh, an even choice is looked at. All of them have an

@@ -235,7 +235,7 @@ impl TrainingLoads {
         )?;
         let mut best = (f64::INFINITY, LEAST_SHARE);
         for (errors, membrane_share) in errors.chunks_exact(tried.len()).zip(MEMBRANE_SHARES) {
-            let sum: f64 = errors.iter().map(|error| libm::log(error.max(LEAST_ERROR))).sum();
+            let sum: f64 = errors.iter().map(|error| libm::log(error.clamp(LEAST_ERROR, f64::INFINITY))).sum();
             if sum < best.0 {
                 best = (sum, membrane_share);
             }
