@@ -895,7 +895,8 @@ typedef struct SwModelInfo {
   // fields were trained on, relative, by mass: half of them by less. 0 where none was chosen by
   // them: by auto_error or auto_operations, without fields, without a training.
   double training_error_median;
-  // Nine tenths of them by less.
+  // Nine tenths of them by less. What moves the shell by less than a thousandth of the furthest
+  // does not count.
   double training_error_most;
   // 1 where training_error_median is above 0.05: the fields do not hold the shell as far as that
   // moves it. SW_METHOD_SHELL_IMPLICIT is for its motion, which SW_METHOD_AUTO is with

@@ -110,7 +110,7 @@ pub struct SwModelInfo {
     /// What that form of the reduced shell which the training chose misses of the equilibria that its fields were trained on, relative, by mass: half of them by less. 0 where
     /// none was chosen by them: by auto_error or auto_operations, without fields, without a training.
     pub training_error_median: f64,
-    /// Nine tenths of them by less.
+    /// Nine tenths of them by less. What moves the shell by less than a thousandth of the furthest does not count.
     pub training_error_most: f64,
     /// 1 where training_error_median is above 0.05: the fields do not hold the shell as far as that moves it. SW_METHOD_SHELL_IMPLICIT is for its motion, which SW_METHOD_AUTO is with
     /// SW_PRECOMPUTE_AUTO_FULL; sw_state_correct by SW_STEPS_AUTO is for its equilibria by fields.

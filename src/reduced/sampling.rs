@@ -83,7 +83,7 @@ pub fn sample(
     let mut column = vec![usize::MAX; all.n_elements()];
     picked.iter().enumerate().for_each(|(c, &e)| column[e] = c);
     let lower = Mat::from_fn(all.n(), all.n(), |i, j| lower[(i, j)]);
-    let (a, b, scales) = (vec![0.0; rows * picked.len()], DVector::zeros(rows), vec![1.0; blocks]);
+    let (a, b, scales) = (vec![0.0f32; rows * picked.len()], DVector::zeros(rows), vec![1.0; blocks]);
     let by_totals = effort.by_totals && !all.is_stressed() && all.n_yielding() == 0;
     let mut system = System { whole, all, n_elements, by_totals, lower, column, a, b, scales };
     system.add_poses(poses);
@@ -92,7 +92,6 @@ pub fn sample(
         true => system.add_stressed_probes(&probes, poses.len()),
         false => system.add_probes(shell, &probes, poses.len()),
     }
-    system.scale();
     // Every pose, random vector and mode alike.
     let heavy = system.block() * (poses.len() + effort.probes);
     let left = |residual: &DVector<f64>| {
@@ -126,10 +125,10 @@ struct System<'a> {
     lower: Mat<f64>,
     /// Of each element in A, if any.
     column: Vec<usize>,
-    /// Columns of A, one behind the other.
-    a: Vec<f64>,
+    /// Columns of A, one behind the other: in 32 bits, as it is large and weights are fitted to a thousandth at best.
+    a: Vec<f32>,
     b: DVector<f64>,
-    /// What each block is yet to be multiplied by.
+    /// What each block is multiplied by.
     scales: Vec<f64>,
 }
 
@@ -137,7 +136,7 @@ struct System<'a> {
 struct Part<'a> {
     block: usize,
     elements: Range<usize>,
-    columns: MatMut<'a, f64>,
+    columns: MatMut<'a, f32>,
     sum: Vec<f64>,
 }
 
@@ -155,8 +154,8 @@ impl System<'_> {
         totals: &[Vec<f64>],
     ) {
         let (all, n, block, rows, by_totals) = (self.all, self.all.n(), self.block(), self.b.len(), self.by_totals);
-        let Self { lower, column, n_elements, .. } = self;
-        let (lower, column): (&Mat<f64>, &[usize]) = (lower, column);
+        let Self { lower, column, n_elements, scales, .. } = self;
+        let (lower, column, scales): (&Mat<f64>, &[usize], &[f64]) = (lower, column, scales);
         let (mut parts, picked) = (vec![], self.a.len() / rows.max(1));
         let all_blocks = MatMut::from_column_major_slice_mut(&mut self.a, rows, picked);
         let mut rest = all_blocks.subrows_mut(blocks.start * block, blocks.len() * block);
@@ -174,7 +173,7 @@ impl System<'_> {
         let looked_at = if by_totals { picked } else { *n_elements };
         threads::share_items(&mut parts, FORCE * (looked_at * blocks.len()) as u64, |part| {
             let (mut row, mut own) = (vec![0.0; all.stride()], vec![0.0; block]);
-            let mut next = 0;
+            let mut made = Vec::with_capacity(part.columns.ncols() * block);
             for e in part.elements.clone().filter(|e| !by_totals || column[*e] != usize::MAX) {
                 let strain = force(part.block, e, &mut row);
                 own[..n].copy_from_slice(&row[..n]);
@@ -183,23 +182,25 @@ impl System<'_> {
                 own[n..].iter_mut().zip(along).for_each(|(out, s)| *out = s * strain);
                 part.sum.iter_mut().zip(&own).for_each(|(sum, x)| *sum += x);
                 if column[e] != usize::MAX {
-                    let Some(out) = part.columns.as_mut().col_mut(next).try_as_col_major_mut() else { return };
-                    out.as_slice_mut().copy_from_slice(&own);
-                    next += 1;
+                    made.extend_from_slice(&own);
                 }
             }
-            let forces = part.columns.as_mut().subrows_mut(0, n);
-            solve_lower_triangular_in_place(lower.as_ref(), forces, Par::Seq);
+            let columns = MatMut::from_column_major_slice_mut(&mut made, block, part.columns.ncols());
+            solve_lower_triangular_in_place(lower.as_ref(), columns.subrows_mut(0, n), Par::Seq);
+            for (column, own) in part.columns.as_mut().col_iter_mut().zip(made.chunks_exact(block)) {
+                let Some(out) = column.try_as_col_major_mut() else { return };
+                out.as_slice_mut().iter_mut().zip(own).for_each(|(out, x)| *out = (scales[part.block] * x) as f32);
+            }
         });
-        let totals = totals.iter().zip(blocks.clone()).map(|(total, k)| (k, total));
+        let totals = totals.iter().zip(blocks.clone()).filter(|_| by_totals).map(|(total, k)| (k, total));
         let sums = parts.iter().filter(|_| !by_totals).map(|part| (part.block, &part.sum));
         for (k, sum) in sums.chain(totals) {
             let own = &mut self.b.as_mut_slice()[k * block..][..block];
             own.iter_mut().zip(sum).for_each(|(sum, x)| *sum += x);
         }
-        for own in self.b.as_mut_slice().chunks_exact_mut(block).take(blocks.end).skip(blocks.start) {
-            let forces = MatMut::from_column_major_slice_mut(&mut own[..n], n, 1);
-            solve_lower_triangular_in_place(self.lower.as_ref(), forces, Par::Seq);
+        for (k, own) in self.b.as_mut_slice().chunks_exact_mut(block).enumerate().take(blocks.end).skip(blocks.start) {
+            whiten(self.lower.as_ref(), &mut own[..n]);
+            own.iter_mut().for_each(|x| *x *= self.scales[k]);
         }
     }
 
@@ -208,43 +209,32 @@ impl System<'_> {
         let (all, n) = (self.all, self.all.n());
         let mut at_rest = all.placing();
         let rest = all.is_stressed().then(|| all.forces(&vec![0.0; n], &mut at_rest));
+        let of_rest = rest.as_ref().map_or(vec![], Forces::sum);
         let mut rooms: Vec<Scratch> = (0..AT_ONCE.min(poses.len())).map(|_| all.placing()).collect();
         for (c, some) in poses.chunks(AT_ONCE).enumerate() {
-            let by_totals = self.by_totals;
-            let mut placed: Vec<_> = some.iter().zip(&mut rooms).map(|(pose, scratch)| (pose, scratch, None)).collect();
+            let (first, lower) = (c * AT_ONCE, self.lower.as_ref());
+            let mut placed: Vec<_> =
+                some.iter().zip(&mut rooms).map(|(pose, scratch)| (pose, scratch, vec![], 0.0)).collect();
             let work = PLACED * (some.len() * all.n_elements()) as u64;
-            threads::share_items(&mut placed, work, |(pose, scratch, total)| {
-                let forces = all.forces(pose, scratch);
-                *total = by_totals.then(|| forces.sum());
+            threads::share_items(&mut placed, work, |(pose, scratch, total, size)| {
+                *total = all.forces(pose, scratch).sum();
+                total.iter_mut().zip(&of_rest).for_each(|(total, rest)| *total -= rest);
+                let mut own = DVector::from_column_slice(&total[..n]);
+                whiten(lower, own.as_mut_slice());
+                *size = own.norm();
             });
-            let totals: Vec<Vec<f64>> = placed.iter_mut().filter_map(|(.., total)| total.take()).collect();
-            let of_pose = |(pose, scratch, _): (&Vec<f64>, _, _)| all.forces(pose, scratch); // as placed
+            for (scale, (.., size)) in self.scales[first..].iter_mut().zip(&placed) {
+                *scale = if *size >= f64::MIN_POSITIVE { 1.0 / *size } else { 0.0 };
+            }
+            let totals: Vec<Vec<f64>> = placed.iter_mut().map(|(_, _, total, _)| std::mem::take(total)).collect();
+            let of_pose = |(pose, scratch, ..): (&Vec<f64>, _, _, _)| all.forces(pose, scratch); // as placed
             let forces: Vec<Forces> = placed.into_iter().map(of_pose).collect();
-            let first = c * AT_ONCE;
             let force = |k: usize, e: usize, out: &mut [f64]| {
                 let strain = forces[k - first].of(e, out);
                 rest.as_ref().map_or(strain, |rest| strain - less(rest, e, out))
             };
             self.add(first..first + some.len(), force, &totals);
-            for k in first..first + some.len() {
-                let total = self.b.rows(k * self.block(), n).norm();
-                self.scales[k] = 1.0 / total.max(f64::MIN_POSITIVE);
-            }
         }
-    }
-
-    /// Multiplies every block by its scale.
-    fn scale(&mut self) {
-        let (block, rows, scales) = (self.block(), self.b.len(), &self.scales);
-        let scaled = |column: &mut [f64]| {
-            for (numbers, scale) in column.chunks_exact_mut(block).zip(scales).filter(|(_, scale)| **scale != 1.0) {
-                numbers.iter_mut().for_each(|x| *x *= scale);
-            }
-        };
-        let work = self.a.len() as u64 / 3;
-        let mut parts: Vec<&mut [f64]> = self.a.chunks_mut((PART * rows).max(1)).collect();
-        threads::share_items(&mut parts, work, |part| part.chunks_exact_mut(rows).for_each(scaled));
-        scaled(self.b.as_mut_slice());
     }
 
     /// Random vectors, and modes.
@@ -327,6 +317,12 @@ impl System<'_> {
         };
         self.add(blocks, force, &[]);
     }
+}
+
+/// f ← L⁻¹f.
+fn whiten(lower: MatRef<'_, f64>, forces: &mut [f64]) {
+    let n = forces.len();
+    solve_lower_triangular_in_place(lower, MatMut::from_column_major_slice_mut(forces, n, 1), Par::Seq);
 }
 
 /// Takes the force of an element from `force`; its strain.

@@ -52,6 +52,8 @@ const LEAST_WEIGHT: f64 = 0.01;
 /// Equilibria that the choice takes, at least; and of the displacement, an error there that is none.
 const LEAST_TRIED: usize = 5;
 const LEAST_ERROR: f64 = 1e-4;
+/// Half of the equilibria tell where the sums of their errors' logarithms are this far apart: a factor of 2.7 in each of four.
+const CLEAR: f64 = 4.0;
 
 /// What fields and stress fields are made of, beside poses.
 pub(super) struct BasisInputs<'a> {
@@ -195,7 +197,7 @@ impl TrainingLoads {
         (trained, fields, effort): (&[TrainingPose], usize, &Effort),
         watch: &mut dyn FnMut(f64) -> Result<()>,
     ) -> Result<Assumed> {
-        let (shell, loads) = (inputs.shell, self.loads(inputs.shell));
+        let shell = inputs.shell;
         let stresses = || inputs.stresses(&trained.iter().collect::<Vec<_>>(), fields);
         let (mut tried, of): (Vec<&TrainingPose>, Vec<&TrainingPose>) =
             trained.iter().partition(|pose| self.load(pose.load).is_distributed());
@@ -212,35 +214,52 @@ impl TrainingLoads {
         let pulled = || Ok((inputs.basis(&shapes, fields)?.0, inputs.stresses(&of, fields)?));
         let ((basis, pulled), stresses) = threads::both(|_| pulled(), |_| stresses(), &mut |_| watch(0.0))?;
         let columns: Vec<Vec<Vec3>> = (0..basis.ncols()).map(|k| basis::unscaled(shell, basis.col(k))).collect();
-        let mut assumed = Assumed { stresses: pulled, membrane_share: LEAST_SHARE };
+        let membrane_share = self.best_share((shell, &columns, pulled), (&tried, effort), watch)?;
+        Ok(Assumed { stresses, membrane_share })
+    }
+
+    /// That of [`MEMBRANE_SHARES`] which comes nearest on the fields and stress fields. The first half of the equilibria, evenly chosen, decide where they tell it
+    /// clearly.
+    fn best_share(
+        &self,
+        (shell, columns, stresses): (&Shell, &[Vec<Vec3>], DMatrix<f64>),
+        (tried, effort): (&[&TrainingPose], &Effort),
+        watch: &mut dyn FnMut(f64) -> Result<()>,
+    ) -> Result<f64> {
+        let loads = self.loads(shell);
+        let mut assumed = Assumed { stresses, membrane_share: LEAST_SHARE };
         let size = |q: &[f64]| norm_squared(q).sqrt();
         let energies = MEMBRANE_SHARES.map(|membrane_share| {
             assumed.membrane_share = membrane_share;
-            thinned(shell, &columns, &assumed, effort.tried_elements)
+            thinned(shell, columns, &assumed, effort.tried_elements)
         });
-        let all: Vec<_> = (0..energies.len()).flat_map(|s| tried.iter().map(move |pose| (s, *pose))).collect();
-        let errors = each(
-            &all,
-            watch,
-            || energies.each_ref().map(|_| None),
-            |newtons, (s, pose)| {
-                let energy = &energies[*s];
-                let newton = newtons[*s].get_or_insert_with(|| Newton::new(energy));
-                let exact = projected(shell, &columns, &pose.displacement);
-                let (mut q, force) = (exact.clone(), sampling::project(&columns, &self.borne(shell, &loads, pose)));
-                newton.minimize(energy, &Potential::of_load(&force), &mut q, TRIED);
-                let way: Vec<f64> = q.iter().zip(&exact).map(|(q, exact)| q - exact).collect();
-                size(&way) / size(&exact).max(f64::MIN_POSITIVE)
-            },
-        )?;
-        let mut best = (f64::INFINITY, LEAST_SHARE);
-        for (errors, membrane_share) in errors.chunks_exact(tried.len()).zip(MEMBRANE_SHARES) {
-            let sum: f64 = errors.iter().map(|error| libm::log(error.clamp(LEAST_ERROR, f64::INFINITY))).sum();
-            if sum < best.0 {
-                best = (sum, membrane_share);
+        let mut sums = MEMBRANE_SHARES.map(|_| 0.0);
+        for half in 0..2 {
+            let some = || tried.iter().skip(half).step_by(2);
+            let all: Vec<_> = (0..energies.len()).flat_map(|s| some().map(move |pose| (s, *pose))).collect();
+            let errors = each(
+                &all,
+                &mut |share| watch(0.5 * (half as f64 + share)),
+                || energies.each_ref().map(|_| None),
+                |newtons, (s, pose)| {
+                    let energy = &energies[*s];
+                    let newton = newtons[*s].get_or_insert_with(|| Newton::new(energy));
+                    let exact = projected(shell, columns, &pose.displacement);
+                    let (mut q, force) = (exact.clone(), sampling::project(columns, &self.borne(shell, &loads, pose)));
+                    newton.minimize(energy, &Potential::of_load(&force), &mut q, TRIED);
+                    let way: Vec<f64> = q.iter().zip(&exact).map(|(q, exact)| q - exact).collect();
+                    size(&way) / size(&exact).max(f64::MIN_POSITIVE)
+                },
+            )?;
+            for (sum, errors) in sums.iter_mut().zip(errors.chunks_exact(some().len().max(1))) {
+                *sum += errors.iter().map(|error| libm::log(error.clamp(LEAST_ERROR, f64::INFINITY))).sum::<f64>();
+            }
+            if (sums[0] - sums[1]).abs() > CLEAR {
+                break;
             }
         }
-        Ok(Assumed { stresses, membrane_share: best.1 })
+        let best = sums.iter().zip(MEMBRANE_SHARES).filter(|(sum, _)| sum.is_finite());
+        Ok(best.min_by(|a, b| a.0.total_cmp(b.0)).map_or(LEAST_SHARE, |(_, share)| share))
     }
 
     /// How near either energy comes to the equilibria that were found whole, each sought from where it is.
@@ -302,15 +321,15 @@ impl TrainingLoads {
                     let led = trained.iter().filter(|pose| pose.load == *k);
                     return led.map(|pose| projected(shell, columns, &pose.displacement)).collect();
                 }
-                let mut load = Cow::from(&loads[*k]);
-                if let Some(free) = &self.free {
+                let pose = trained.iter().rfind(|pose| self.whole_of(pose.load) == *k);
+                let mut load = pose.map_or(Cow::from(&loads[*k]), |pose| self.borne(shell, &loads, pose));
+                if let Some(free) = self.free.as_ref().filter(|_| pose.is_none()) {
                     free.balance(shell, &shell.mesh.positions, load.to_mut());
                 }
                 let load = sampling::project(columns, &load);
-                let found = trained.iter().rfind(|pose| self.whole_of(pose.load) == *k);
                 let mut q =
-                    found.map_or_else(|| vec![0.0; all.n()], |pose| projected(shell, columns, &pose.displacement));
-                newton.minimize(all, &Potential::of_load(&load), &mut q, POSE);
+                    pose.map_or_else(|| vec![0.0; all.n()], |pose| projected(shell, columns, &pose.displacement));
+                newton.minimize(all, &Potential::of_load(&load), &mut q, if pose.is_some() { TRIED } else { POSE });
                 vec![q]
             },
         )?;

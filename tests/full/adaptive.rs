@@ -174,6 +174,17 @@ fn equilibria_that_both_forms_lose_are_no_reason_for_either() {
     assert!(!Gate::of(tried(0.6, 0.05), UNSEEN).holds());
 }
 
+#[test]
+fn what_moves_the_shell_a_thousandth_as_far_as_the_furthest_tells_nothing() {
+    let tried = |least: f64| -> Vec<[f64; 3]> {
+        (1..=10).map(|k| if k > 7 { [least, 40.0, 5.0] } else { [f64::from(k), 0.002, 0.002] }).collect()
+    };
+    let seen = Gate::of(tried(0.0071), UNSEEN);
+    assert!(!seen.holds() && seen.tried == 10 && seen.polynomial.most == 40.0, "{seen:?}");
+    let unseen = Gate::of(tried(0.0069), UNSEEN);
+    assert!(unseen.holds() && unseen.tried == 7 && unseen.polynomial.most == 0.002, "{unseen:?}");
+}
+
 /// What is unseen counts where bending carries the loads alone.
 #[test]
 fn an_error_that_nobody_sees_counts_where_the_membrane_carries_the_loads() {

@@ -21,7 +21,7 @@ impl Errors {
 /// See the module's text.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Gate {
-    /// Equilibria that were tried; with none there is nothing to go by.
+    /// Equilibria that were tried and are seen; with none there is nothing to go by.
     pub tried: u32,
     /// Of the polynomial.
     pub polynomial: Errors,
@@ -47,6 +47,10 @@ pub const UNSEEN: f64 = 0.01;
 const LOST: f64 = 0.1;
 /// And what misses more than this is on its way to no shape at all.
 const ASTRAY: f64 = 2.0;
+
+/// What moves the shell by less than this part of the furthest is not seen beside it: a flat sheet that is pulled along itself, which fields that bend it
+/// miss by many times as much.
+const SEEN: f64 = 1e-3;
 
 /// Equilibria that a range rests on, at least; and the least range that is worth a change of form in motion, of the reach.
 const LEAST: usize = 4;
@@ -74,10 +78,11 @@ impl Gate {
 
     /// From |q| of each equilibrium, and what the polynomial and the samples miss of it; and what is unseen.
     pub fn of(mut tried: Vec<[f64; 3]>, unseen: f64) -> Self {
+        let reach = tried.iter().map(|one| one[0]).fold(0.0, f64::max);
+        tried.retain(|one| one[0] >= SEEN * reach);
         tried.sort_by(|a, b| a[0].total_cmp(&b[0]));
         let errors = |count: usize| [1, 2].map(|k| Errors::of(tried[..count].iter().map(|one| one[k]).collect()));
         let [polynomial, sampled] = errors(tried.len());
-        let reach = tried.last().map_or(0.0, |one| one[0]);
         let mut gate = Self { tried: tried.len() as u32, polynomial, sampled, reach, unseen, ..Self::default() };
         let is_good = |count: &usize| {
             let [polynomial, sampled] = errors(*count);

@@ -1,6 +1,6 @@
 //! Columns in 16 bits, and between what bounds their gains are by these.
 
-use faer::{ColRef, MatRef};
+use faer::MatRef;
 use pulp::{Arch, Simd, WithSimd};
 
 /// Some columns, over their norms, in 16 bits, the upper half of an f32.
@@ -21,15 +21,15 @@ const ROUNDED: f64 = 1.0 + 1e-9;
 
 impl Strip {
     /// Of the columns from the `first` on.
-    pub fn new(first: usize, a: MatRef<'_, f64>, b: ColRef<'_, f64>) -> Self {
+    pub fn new(first: usize, a: MatRef<'_, f32>, b: &[f64]) -> Self {
         let (arch, mut missed) = (Arch::new(), Vec::with_capacity(a.ncols()));
-        let columns = || a.col_iter().filter_map(|column| column.try_as_col_major());
-        let norms: Vec<f64> = columns().map(|column| arch.dispatch(Squares(column.as_slice())).sqrt()).collect();
-        let right = a.col_iter().map(|column| column.transpose() * b).collect();
+        let columns = || (0..a.ncols()).map(|j| column(a, j));
+        let norms: Vec<f64> = columns().map(|column| arch.dispatch(Squares(column)).sqrt()).collect();
+        let right = columns().map(|column| arch.dispatch(Dot(column, b))).collect();
         let mut entries = vec![0; a.nrows() * a.ncols()];
         for ((out, column), norm) in entries.chunks_exact_mut(a.nrows().max(1)).zip(columns()).zip(&norms) {
             let unit = if *norm > 0.0 { 1.0 / norm } else { 0.0 };
-            let squares = arch.dispatch(Halve(column.as_slice(), unit, out));
+            let squares = arch.dispatch(Halve(column, unit, out));
             missed.push(ROUNDED * squares.sqrt());
         }
         Self { first, norms, right, entries, missed }
@@ -50,8 +50,33 @@ impl Strip {
     }
 }
 
+/// The numbers of a column.
+pub(super) fn column(a: MatRef<'_, f32>, j: usize) -> &[f32] {
+    a.col(j).try_as_col_major().map_or(&[], |column| column.as_slice())
+}
+
+/// a·b, in 64 bits.
+pub(super) struct Dot<'a>(pub &'a [f32], pub &'a [f64]);
+
+impl WithSimd for Dot<'_> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> f64 {
+        let mut sums = [0.0; SIDE_BY_SIDE];
+        let ((a, last), (b, of_last)) = (self.0.as_chunks::<SIDE_BY_SIDE>(), self.1.as_chunks::<SIDE_BY_SIDE>());
+        for (a, b) in a.iter().zip(b) {
+            for k in 0..SIDE_BY_SIDE {
+                sums[k] += f64::from(a[k]) * b[k];
+            }
+        }
+        sums.iter_mut().zip(last.iter().zip(of_last)).for_each(|(sum, (a, b))| *sum += f64::from(*a) * b);
+        sums.iter().sum()
+    }
+}
+
 /// The sum of the squares.
-struct Squares<'a>(&'a [f64]);
+struct Squares<'a>(&'a [f32]);
 
 impl WithSimd for Squares<'_> {
     type Output = f64;
@@ -62,16 +87,16 @@ impl WithSimd for Squares<'_> {
         let (numbers, last) = self.0.as_chunks::<SIDE_BY_SIDE>();
         for numbers in numbers {
             for k in 0..SIDE_BY_SIDE {
-                sums[k] += numbers[k] * numbers[k];
+                sums[k] += f64::from(numbers[k]) * f64::from(numbers[k]);
             }
         }
-        sums.iter_mut().zip(last).for_each(|(sum, x)| *sum += x * x);
+        sums.iter_mut().zip(last).for_each(|(sum, x)| *sum += f64::from(*x) * f64::from(*x));
         sums.iter().sum()
     }
 }
 
 /// Writes numbers times a unit, at most 1, in their upper halves, to the nearest; Σ of the squares of what that misses, but for rounding.
-struct Halve<'a>(&'a [f64], f64, &'a mut [u16]);
+struct Halve<'a>(&'a [f32], f64, &'a mut [u16]);
 
 impl WithSimd for Halve<'_> {
     type Output = f64;
@@ -84,11 +109,11 @@ impl WithSimd for Halve<'_> {
             (numbers.as_chunks::<SIDE_BY_SIDE>(), out.as_chunks_mut::<SIDE_BY_SIDE>());
         for (numbers, out) in numbers.iter().zip(out) {
             for k in 0..SIDE_BY_SIDE {
-                sums[k] += halve(numbers[k] * unit, &mut out[k]);
+                sums[k] += halve(f64::from(numbers[k]) * unit, &mut out[k]);
             }
         }
         for ((x, out), sum) in last.iter().zip(of_last).zip(&mut sums) {
-            *sum += halve(x * unit, out);
+            *sum += halve(f64::from(*x) * unit, out);
         }
         sums.iter().sum()
     }
