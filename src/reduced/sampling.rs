@@ -192,7 +192,7 @@ impl System<'_> {
                 out.as_slice_mut().iter_mut().zip(own).for_each(|(out, x)| *out = (scales[part.block] * x) as f32);
             }
         });
-        let totals = totals.iter().zip(blocks.clone()).filter(|_| by_totals).map(|(total, k)| (k, total));
+        let totals = totals.iter().zip(blocks.clone()).map(|(total, k)| (k, total));
         let sums = parts.iter().filter(|_| !by_totals).map(|part| (part.block, &part.sum));
         for (k, sum) in sums.chain(totals) {
             let own = &mut self.b.as_mut_slice()[k * block..][..block];
@@ -226,7 +226,10 @@ impl System<'_> {
             for (scale, (.., size)) in self.scales[first..].iter_mut().zip(&placed) {
                 *scale = if *size >= f64::MIN_POSITIVE { 1.0 / *size } else { 0.0 };
             }
-            let totals: Vec<Vec<f64>> = placed.iter_mut().map(|(_, _, total, _)| std::mem::take(total)).collect();
+            let totals: Vec<Vec<f64>> = match self.by_totals {
+                true => placed.iter_mut().map(|(_, _, total, _)| std::mem::take(total)).collect(),
+                false => vec![],
+            };
             let of_pose = |(pose, scratch, ..): (&Vec<f64>, _, _, _)| all.forces(pose, scratch); // as placed
             let forces: Vec<Forces> = placed.into_iter().map(of_pose).collect();
             let force = |k: usize, e: usize, out: &mut [f64]| {

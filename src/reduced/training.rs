@@ -52,7 +52,7 @@ const LEAST_WEIGHT: f64 = 0.01;
 /// Equilibria that the choice takes, at least; and of the displacement, an error there that is none.
 const LEAST_TRIED: usize = 5;
 const LEAST_ERROR: f64 = 1e-4;
-/// Half of the equilibria tell where the sums of their errors' logarithms are this far apart: a factor of 2.7 in each of four.
+/// Every second equilibrium decides where the sums of the errors' logarithms are this far apart: a factor of 2.7 in each of four.
 const CLEAR: f64 = 4.0;
 
 /// What fields and stress fields are made of, beside poses.
@@ -218,8 +218,8 @@ impl TrainingLoads {
         Ok(Assumed { stresses, membrane_share })
     }
 
-    /// That of [`MEMBRANE_SHARES`] which comes nearest on the fields and stress fields. The first half of the equilibria, evenly chosen, decide where they tell it
-    /// clearly.
+    /// That of [`MEMBRANE_SHARES`] which comes nearest on the fields and stress fields. Every second equilibrium is tried first, and the others only where
+    /// those leave it open.
     fn best_share(
         &self,
         (shell, columns, stresses): (&Shell, &[Vec<Vec3>], DMatrix<f64>),

@@ -4,8 +4,9 @@
 //! choice is that of 64 bits, and a pass goes over a quarter of the memory. The active columns and their products are kept, so that
 //! nothing is copied or multiplied twice.
 //!
-//! Neighbours are much alike, and a round that takes in the best of all throws most of them out again. So they are taken from some more by orthogonal matching
-//! pursuit (Pati, Rezaiifar, Krishnaprasad 1993): what one gains of the residual counts no more for the next. That takes half as many rounds.
+//! Columns of neighbours are much alike: a round that takes in the best of all throws most of them out again. So each round looks at [`POOL`] times as many, and
+//! takes some by orthogonal matching pursuit (Pati, Rezaiifar, Krishnaprasad 1993): what one gains of the residual counts no more for the next. That takes half
+//! as many rounds.
 
 mod factor;
 mod strip;
@@ -22,15 +23,15 @@ use strip::{Dot, Strip, column};
 const LEAST_FORCE: f64 = 1e-3;
 /// Columns taken up at once, as a part of those wanted.
 const BATCH: f64 = 0.03;
-/// From so many times as many they are taken. What is left of the square of a column that is taken, beside those before it, at least.
+/// They are taken from so many times as many. A column is taken where those before it leave at least this part of its square.
 const POOL: usize = 3;
 const LEAST_LEFT: f64 = 0.1;
 /// Columns that a thread takes at once: of all, and of the active ones.
 const STRIP: usize = 64;
 const FEW: usize = 48;
 
-/// min |Ax − b|, A in 32 bits, over x ≥ 0 with at most `wanted` nonzero entries, or until `suffices` of the residual b − Ax and the share of the work
-/// done; returns x and the residual.
+/// min |Ax − b|, A in 32 bits, over x ≥ 0 with at most `wanted` nonzero entries. It ends sooner where `suffices` of the residual b − Ax, and of the share of
+/// the work that is done, says so. Returns x and the residual.
 pub(super) fn nonnegative(
     a: MatRef<'_, f32>,
     b: &DVector<f64>,
