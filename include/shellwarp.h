@@ -595,8 +595,9 @@ SwStatus sw_preset_material(uint32_t index,
 // newer library may have phases that this header does not. Work on a mesh in pieces is told as
 // SW_PHASE_MODES, piece by piece. A numeric factorization is one step, during which nothing is
 // heard and no cancel is taken: some tenths of a second for 10^4 vertices and some seconds for
-// 10^5. There are two or more. Must return SW_PROGRESS_CONTINUE or SW_PROGRESS_CANCEL; anything
-// else is an error, so that a callback which forgets to return is found out. Must not throw or
+// 10^5. There are two or more. With more than 60 fields and modes parts of SW_PHASE_TRAINING are as
+// silent, up to two seconds. Must return SW_PROGRESS_CONTINUE or SW_PROGRESS_CANCEL; anything else
+// is an error, so that a callback which forgets to return is found out. Must not throw or
 // long-jump, nor destroy the model.
 typedef uint32_t (*SwProgressFn)(void *user, uint32_t phase, double fraction);
 
@@ -847,7 +848,8 @@ typedef struct SwModelInfo {
   uint64_t bytes_model;
   // Bytes of one state of a modal method.
   uint64_t bytes_state;
-  // Estimate of the most bytes held at once during precompute.
+  // Estimate of the most bytes held at once during precompute. With a reduced shell it is by what
+  // trainings on two threads took, and right within a half.
   uint64_t bytes_precompute_peak;
   // Largest rounding error e of a component of a mode shape phi or its rotation psi in the run-time
   // basis, relative to the largest such component of its mode. With amplitudes q it moves no vertex
@@ -2336,7 +2338,8 @@ typedef struct SwEquilibriumReport {
   uint32_t iterations;
   // |q - f(q)/lambda| / |q| of a modal method, |F - dE/dx| / |F| of a nonlinear shell, of the
   // reduced one in its fields. Of nonlinear shells without load it is relative to the start's, or
-  // to the shell's own stiffness.
+  // to the shell's own stiffness. Under a small load it may be as large as the load: rounding of
+  // the coordinates, where that moves the shell by less than a thousandth of its displacement.
   double residual;
 } SwEquilibriumReport;
 
@@ -2481,11 +2484,12 @@ typedef uint32_t (*SwWatchFn)(void *user, double residual);
 // count. What a hard constraint misses of its target counts, also before a step. Wind follows the
 // shell. A state of a nonlinear shell gets zeros.
 //
-// Takes as long as one to three steps of SW_METHOD_SHELL_IMPLICIT, of a pose that is far off
-// longer, at most sixty factorizations, with wind, free motions and missed constraints some times
-// that, and the first time the analysis of the stiffness, which the model keeps: to be called now
-// and then, not in every step. `certificate` must be initialised by sw_certificate_init. Callable
-// concurrently.
+// Takes as long as one to three steps of SW_METHOD_SHELL_IMPLICIT. Of a pose that is far off it
+// takes longer: up to sixty iterations of a factorization each, of a few where the shell is about
+// to snap; with wind, free motions, missed constraints and balances that prove unstable some times
+// that. The first time it takes the analysis of the stiffness, too, which the model keeps. To be
+// called now and then, not in every step. `certificate` must be initialised by sw_certificate_init.
+// Callable concurrently.
 // Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_UNSUPPORTED by a library
 // without the feature nonlinear-shell, SW_ERROR_NUMERICAL when the full shell has no stiffness to
 // go by, as where k_bend is 0 and parts turn freely against each other; SW_ERROR_OUT_OF_MEMORY,
@@ -2510,17 +2514,18 @@ SwStatus sw_state_certify_watched(const struct SwState *state,
 // the method's pose, or from that pose where this leaves far less of the force. So one step a frame
 // is enough also where the shell buckles, once it has caught up. A copy of the state has its own,
 // and sw_state_save saves it: 8 bytes for each of 3 numbers a vertex and one an element of the
-// energy. sw_state_reset, sw_state_set_method and whatever puts the shell elsewhere forget it.
-// steps is 0 to 100; 0 forgets it. A nonlinear shell needs none. SW_STEPS_AUTO goes on to the full
-// shell's equilibrium, as sw_state_certify seeks it, where that finds more than 5 % of the
-// displacement wrong. Where it finds no equilibrium it takes the full shell's way from rest. So it
-// does first where more than half is wrong and nothing is kept of an earlier frame. That way is for
-// shells of up to 2,500 vertices that supports or handles hold and that touch nothing.
-// SW_STEPS_AUTO is for states that move by fields and have no velocities, as after
-// sw_state_equilibrium, without SW_STATE_DETERMINISTIC, whose rest shape does not move. Of any
-// other, and where it finds none, it keeps nothing and succeeds. In motion it does nothing: near a
-// fold the inertia of a method that is far off leads astray. Each takes a factorization of the full
-// shell's stiffness, and the first call its analysis, which the model keeps. Allocates.
+// energy. sw_state_reset, a change by sw_state_set_method and whatever puts the shell elsewhere
+// forget it. steps is 0 to 100; 0 forgets it. A nonlinear shell needs none. SW_STEPS_AUTO goes on
+// to the full shell's equilibrium, as sw_state_certify seeks it, where that finds more than 5 % of
+// the displacement wrong. Where it finds no equilibrium it takes the full shell's way from rest. So
+// it does first where more than half is wrong and nothing is kept of an earlier frame. That way is
+// for shells of up to 2,500 vertices that supports or handles hold and that touch nothing.
+// SW_STEPS_AUTO is for states at rest that move by fields: no velocities, and forces that balance
+// the loads to a thousandth, as after sw_state_equilibrium; without SW_STATE_DETERMINISTIC; whose
+// rest shape does not move. Of any other, and where it finds none, it keeps nothing and succeeds.
+// In motion it does nothing: near a fold the inertia of a method that is far off leads astray. Each
+// takes a factorization of the full shell's stiffness, and the first call its analysis, which the
+// model keeps. Allocates.
 // Errors: as sw_state_certify; what was kept before stays.
 SwStatus sw_state_correct(struct SwState *state,
                           uint32_t steps);

@@ -193,8 +193,13 @@ impl Loads {
         if !wind.local.is_empty() && wind.local.len() != n_vertices {
             return Err(Error::argument(format!("{} local velocities for {n_vertices} vertices", wind.local.len())));
         }
-        for c in wind.velocity.iter().chain(wind.local.iter().flatten()) {
-            require_finite("a wind velocity", *c)?;
+        for c in wind.velocity.iter() {
+            require_finite("the wind velocity", *c)?;
+        }
+        for (v, velocity) in wind.local.iter().enumerate() {
+            for c in velocity.iter() {
+                require_finite(format_args!("the wind velocity at vertex {v}"), *c)?;
+            }
         }
         Ok(std::mem::replace(&mut self.wind, (wind.density > 0.0).then_some(wind)))
     }

@@ -68,9 +68,9 @@ described!(SwCertificate, remaining);
 /// leave free do not count. What a hard constraint misses of its target counts, also before a step. Wind follows the shell. A state of a
 /// nonlinear shell gets zeros.
 ///
-/// Takes as long as one to three steps of SW_METHOD_SHELL_IMPLICIT, of a pose that is far off longer, at most sixty factorizations,
-/// with wind, free motions and missed constraints some times that, and the first time the analysis of the stiffness, which the model
-/// keeps: to be called now and then, not in every step. `certificate` must be initialised by sw_certificate_init. Callable
+/// Takes as long as one to three steps of SW_METHOD_SHELL_IMPLICIT. Of a pose that is far off it takes longer: up to sixty iterations of a factorization each,
+/// of a few where the shell is about to snap; with wind, free motions, missed constraints and balances that prove unstable some times that. The
+/// first time it takes the analysis of the stiffness, too, which the model keeps. To be called now and then, not in every step. `certificate` must be initialised by sw_certificate_init. Callable
 /// concurrently.
 /// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_UNSUPPORTED by a library without the feature nonlinear-shell,
 /// SW_ERROR_NUMERICAL when the full shell has no stiffness to go by, as where k_bend is 0 and parts turn freely against each other;
@@ -127,11 +127,11 @@ fn certificate_of(found: &Certificate, method: Method) -> SwCertificate {
 /// steps; sw_state_positions_corrected and bound points with correction_steps show what is kept until the next step. It goes on from where the last call led,
 /// moved along with the method's pose, or from that pose where this leaves far less of the force. So one step a frame is enough also where the shell buckles, once it has
 /// caught up. A copy of the state has its own, and sw_state_save saves it: 8 bytes for each of 3 numbers a vertex and one an element of the energy.
-/// sw_state_reset, sw_state_set_method and whatever puts the shell elsewhere forget it. steps is 0 to 100; 0 forgets it. A nonlinear shell
+/// sw_state_reset, a change by sw_state_set_method and whatever puts the shell elsewhere forget it. steps is 0 to 100; 0 forgets it. A nonlinear shell
 /// needs none. SW_STEPS_AUTO goes on to the full shell's equilibrium, as sw_state_certify seeks it, where that finds more than 5 % of the displacement wrong. Where it
 /// finds no equilibrium it takes the full shell's way from rest. So it does first where more than half is wrong and nothing is kept of an earlier frame. That way is for
-/// shells of up to 2,500 vertices that supports or handles hold and that touch nothing. SW_STEPS_AUTO is for states that move by
-/// fields and have no velocities, as after sw_state_equilibrium, without SW_STATE_DETERMINISTIC, whose rest shape does not move. Of any other, and where it finds none, it keeps
+/// shells of up to 2,500 vertices that supports or handles hold and that touch nothing. SW_STEPS_AUTO is for states at rest that move by
+/// fields: no velocities, and forces that balance the loads to a thousandth, as after sw_state_equilibrium; without SW_STATE_DETERMINISTIC; whose rest shape does not move. Of any other, and where it finds none, it keeps
 /// nothing and succeeds. In motion it does nothing: near a fold the inertia of a method that is far off leads astray. Each takes a factorization of the full shell's stiffness, and the first call its analysis, which the model keeps. Allocates.
 /// Errors: as sw_state_certify; what was kept before stays.
 #[unsafe(no_mangle)]

@@ -70,7 +70,7 @@ pub struct SwModelInfo {
     pub bytes_model: u64,
     /// Bytes of one state of a modal method.
     pub bytes_state: u64,
-    /// Estimate of the most bytes held at once during precompute.
+    /// Estimate of the most bytes held at once during precompute. With a reduced shell it is by what trainings on two threads took, and right within a half.
     pub bytes_precompute_peak: u64,
     /// Largest rounding error e of a component of a mode shape phi or its rotation psi in the run-time basis, relative to the
     /// largest such component of its mode. With amplitudes q it moves no vertex by more than sqrt(3) e times the sum over the

@@ -123,7 +123,8 @@ pub struct SwEquilibriumReport {
     /// Fixed-point or Newton iterations.
     pub iterations: u32,
     /// |q - f(q)/lambda| / |q| of a modal method, |F - dE/dx| / |F| of a nonlinear shell, of the reduced one in its fields. Of nonlinear
-    /// shells without load it is relative to the start's, or to the shell's own stiffness.
+    /// shells without load it is relative to the start's, or to the shell's own stiffness. Under a small load it may be as large as the load: rounding
+    /// of the coordinates, where that moves the shell by less than a thousandth of its displacement.
     pub residual: f64,
 }
 

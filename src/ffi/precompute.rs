@@ -46,7 +46,7 @@ pub const SW_PHASE_CAPACITY: usize = 16;
 /// A phase may come up more than once, or not at all on a small mesh, and a newer library may have phases that this header
 /// does not. Work on a mesh in pieces is told as SW_PHASE_MODES, piece by piece. A numeric factorization is one step, during
 /// which nothing is heard and no cancel is taken: some tenths of a second for 10^4 vertices and some seconds for 10^5. There
-/// are two or more. Must return SW_PROGRESS_CONTINUE or SW_PROGRESS_CANCEL; anything else is an error, so that a callback
+/// are two or more. With more than 60 fields and modes parts of SW_PHASE_TRAINING are as silent, up to two seconds. Must return SW_PROGRESS_CONTINUE or SW_PROGRESS_CANCEL; anything else is an error, so that a callback
 /// which forgets to return is found out. Must not throw or long-jump, nor destroy the model.
 pub type SwProgressFn = Option<unsafe extern "C" fn(user: *mut c_void, phase: u32, fraction: f64) -> u32>;
 

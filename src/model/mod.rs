@@ -151,6 +151,8 @@ impl Model {
             0 => (None, None),
             _ => reduced_shell((&shell, &modes), options, &mut progress)?,
         };
+        let training = reduced.as_ref().map_or(0, |reduced| reduced.training_bytes(shell.energy.n_elements()));
+        let peak_bytes = modes.peak_bytes.max(training);
         let fingerprint = fingerprint(&shell, &modal, options.precision);
         let reduced_fingerprint = reduced_fingerprint(fingerprint, &shell, reduced.as_deref());
         let model = Self {
@@ -167,7 +169,7 @@ impl Model {
             strain: OnceLock::new(),
             truncation,
             seconds: progress.seconds,
-            peak_bytes: modes.peak_bytes,
+            peak_bytes,
             fingerprint,
             reduced_fingerprint,
         };

@@ -21,6 +21,12 @@ use std::sync::Arc;
 const LEAST_ITERATIONS: usize = 80;
 const LEAST_JUDGED: usize = 4;
 
+/// Bytes that a training holds at most: for each pair of fields and element, of so many elements at most, and for each field and element. By what the
+/// processes of nine trainings grew by, of 160 to 13,117 vertices and 28 to 50 fields (docs/evidence/training.md).
+const PAIR_BYTES: f64 = 16.0;
+const PAIRED_ELEMENTS: usize = 25_000;
+const FIELD_BYTES: f64 = 150.0;
+
 /// Elements by the number of their rest rows, with their weights.
 type Samples = Vec<(u32, f64)>;
 
@@ -91,6 +97,15 @@ impl ReducedShell {
         }
         report(1.0)?;
         Ok(reduced)
+    }
+}
+
+impl ReducedShell {
+    /// About the most bytes that the training held at once, of a shell of so many elements.
+    pub fn training_bytes(&self, n_elements: usize) -> usize {
+        let n = self.energy.n() as f64;
+        let pairs = PAIR_BYTES * n * n * n_elements.min(PAIRED_ELEMENTS) as f64;
+        (pairs + FIELD_BYTES * n * n_elements as f64) as usize
     }
 }
 

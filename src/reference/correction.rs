@@ -32,6 +32,9 @@ const FALLS: usize = 8;
 /// A way shorter than this, in sizes, is none.
 const NOWHERE: f64 = 1e-12;
 
+/// Of what rounding pulls by [`rounding`], the least load that there is: that of one rounding of the size. A shell that nothing loads, at rest, is right.
+const LEAST: f64 = f64::EPSILON / NOWHERE;
+
 /// Steps begin anew where going on leaves so many times as much of the force. What begins anew leaves about the load. Just after a snap what goes on leaves dozens of
 /// times that, and gets there all the same.
 const DROPPED: f64 = 1e3;
@@ -155,7 +158,8 @@ impl Solver {
             let free = FreeMotions::new(&shell, self.constraints.held(), &self.x);
             let mut forces = (load.at)(if round == 0 { start } else { &displacement });
             let moving = if free.is_empty() { 0.0 } else { libm::hypot(load.moving, rounding(&shell)) };
-            let scale = libm::hypot(libm::hypot(free_norm(&shell, &forces), load.held), moving);
+            let scale =
+                libm::hypot(libm::hypot(free_norm(&shell, &forces), load.held), moving).max(LEAST * rounding(&shell));
             if round > 0 {
                 self.constraints.renew(&shell, &self.x);
             }

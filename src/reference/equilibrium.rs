@@ -33,14 +33,11 @@ const LOOSE_ALONG: f64 = 1e-2;
 /// The shortest increment before a snap. The shape within a thirtieth of the load before it is nearly the last one.
 const SHORTEST_ALONG: f64 = 0.03;
 
-/// Rounding of the coordinates leaves 1e-6 of the load on shells that hang together; more means that one flies away.
-const WORST_RESIDUAL: f64 = 1e-3;
-
 /// How well and how long.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EquilibriumOptions {
-    /// Converged at ‖F − ∇E‖ ≤ tolerance · ‖F‖ over the free vertices, or as near as rounding of the coordinates allows,
-    /// but never worse than 1e-3.
+    /// Converged at ‖F − ∇E‖ ≤ tolerance · ‖F‖ over the free vertices, or as near as rounding of the coordinates allows.
+    /// Where that is worse than 1e-3, what is left must move the shell by less than a thousandth of its displacement.
     pub tolerance: f64,
     /// The first increment of the load, a share in (0, 1].
     pub first_increment: f64,
@@ -236,7 +233,7 @@ impl LoadPath {
         let found = found?;
         self.iterations = iterations;
         let along = options.follow_snaps || newton.is_foreseen(&potential, (origin, x), LEAP);
-        if let Some(end) = found.filter(|end| along && end.residual <= WORST_RESIDUAL) {
+        if let Some(end) = found.filter(|end| along && end.harmless) {
             (self.done, self.residual, self.increments) = (1.0, end.residual, 1);
         }
         if self.done == 0.0 {
@@ -277,7 +274,7 @@ impl LoadPath {
         self.ahead = newton.ahead.take();
         let found = found?;
         self.iterations = iterations;
-        if let Some(end) = found.filter(|end| end.residual <= WORST_RESIDUAL.max(tolerance))
+        if let Some(end) = found.filter(|end| end.harmless || end.residual <= tolerance)
             && newton.is_foreseen(&potential, (origin, x), LEAP)
         {
             (self.done, self.residual) = (load, end.residual);
@@ -310,7 +307,7 @@ impl LoadPath {
         let load = if self.done + 1.01 * self.increment >= 1.0 { 1.0 } else { self.done + self.increment };
         let outcome = self.solve(solver, forces, load, options, watch)?;
         self.iterations += outcome.iterations;
-        if outcome.converged && outcome.residual <= WORST_RESIDUAL {
+        if outcome.converged && outcome.harmless {
             self.done = load;
             self.residual = outcome.residual;
             self.increments += 1;

@@ -21,7 +21,7 @@
 //! and gets there in half the steps that lower the energy along their lines.
 
 use super::free_norm;
-use super::newton::{Ahead, Convergence, Newton, Stop};
+use super::newton::{Ahead, Convergence, Newton, Stop, WORST_RESIDUAL};
 use super::parts::Parts;
 use super::potential::Potential;
 use crate::energy::Stress;
@@ -202,11 +202,12 @@ impl Newton {
             watch(residual)?;
             let explained = self.noise.explains(shell, &self.gradient);
             if residual <= stop.tolerance || (explained && force > 0.5 * last) {
-                return Ok(stable.then_some(Convergence { converged: true, iterations, residual }));
+                let harmless = self.leaves_little(potential, x, residual)?;
+                return Ok(stable.then_some(Convergence { converged: true, iterations, residual, harmless }));
             }
             if explained && stable && potential.step.is_some() && self.made_at.is_some() {
                 let residual = self.correct_last(potential, x, force)? / stop.scale;
-                return Ok(Some(Convergence { converged: true, iterations: iterations + 1, residual }));
+                return Ok(Some(Convergence { converged: true, iterations: iterations + 1, residual, harmless: true }));
             }
             if iterations == 0 {
                 self.begin(potential, x, stress);
@@ -273,6 +274,11 @@ impl Newton {
         if coasting.is_nan() || coasting > still {
             x.copy_from_slice(potential.origin);
         }
+    }
+
+    /// Whether a residual is small, or the force at `x` that is left of a search hardly moves the shell.
+    fn leaves_little(&mut self, potential: &Potential, x: &[Vec3], residual: f64) -> Result<bool> {
+        Ok(residual <= WORST_RESIDUAL || (self.made_at.is_some() && self.is_harmless(potential, x)?))
     }
 
     /// Moves `x`, where rounding explains the force that is left, by one more step of the factor at hand unless that leaves more force. Returns the force.

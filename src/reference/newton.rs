@@ -39,6 +39,11 @@ const VENTURES: usize = 2;
 /// Linear solves of a search that is not of a step.
 pub(super) const UNBOUNDED: usize = usize::MAX;
 
+/// What rounding leaves of the load is no matter up to the first number: on shells that hang together it leaves 1e-6, and more where one flies away. It
+/// is none, either, where Δ is at most this part of the displacement, as under loads that are small beside the stiffness of the sheet.
+pub(super) const WORST_RESIDUAL: f64 = 1e-3;
+const UNMOVED: f64 = 1e-3;
+
 /// The shortest share of Δ to venture.
 const SHORTEST_REACH: f64 = 0.05;
 
@@ -62,6 +67,8 @@ pub struct Convergence {
     pub iterations: usize,
     /// ‖∇Φ‖/scale.
     pub residual: f64,
+    /// Whether what is left is small, or is rounding that hardly moves the shell.
+    pub harmless: bool,
 }
 
 /// The sparse solver and scratch.
@@ -238,15 +245,19 @@ impl Newton {
             let settled = residual <= stop.tolerance || stagnates;
             let converged = settled && self.is_below_mark(potential, x);
             if converged || iterations >= stop.max_iterations {
-                return Ok(Convergence { converged, iterations, residual });
+                let harmless = residual <= WORST_RESIDUAL
+                    || (converged && self.exact && self.factorizations > before && self.is_harmless(potential, x)?);
+                return Ok(Convergence { converged, iterations, residual, harmless });
             }
             last = force;
             if !settled && self.venture(potential, x, force)? {
                 continue;
             }
             if !self.search_from_mark(potential, x) {
-                let residual = self.mark.force / stop.scale;
-                return Ok(Convergence { converged: self.mark.noisy, iterations, residual });
+                let (residual, converged) = (self.mark.force / stop.scale, self.mark.noisy);
+                let harmless =
+                    residual <= WORST_RESIDUAL || (converged && self.exact && self.hardly_moves(potential, x));
+                return Ok(Convergence { converged, iterations, residual, harmless });
             }
         }
         unreachable!("the loop ends at the last iteration allowed")
@@ -368,6 +379,21 @@ impl Newton {
         self.symbolic.solve_in_place(&self.factor, MatMut::from_column_major_slice_mut(&mut self.direction, n, 1))?;
         self.balance_momenta(potential);
         Ok(())
+    }
+
+    /// Whether what is left of the force at `x`, by the factor at hand, moves the shell by next to nothing.
+    pub(super) fn is_harmless(&mut self, potential: &Potential, x: &[Vec3]) -> Result<bool> {
+        self.solve_by_gradient(potential)?;
+        Ok(self.hardly_moves(potential, x))
+    }
+
+    /// Whether Δ is next to nothing beside the displacement.
+    fn hardly_moves(&self, potential: &Potential, x: &[Vec3]) -> bool {
+        let (mass, rest) = (&potential.shell.mass, &potential.shell.mesh.positions);
+        let of = |way: &dyn Fn((usize, usize)) -> Vec3| -> f64 {
+            potential.free().enumerate().map(|(i, v)| mass[v] * way((i, v)).norm_squared()).sum()
+        };
+        of(&|(i, _)| self.along(i)) <= UNMOVED * UNMOVED * of(&|(_, v)| x[v] - rest[v])
     }
 
     /// Takes one of the linear solves that are left to the step.

@@ -37,6 +37,9 @@ pub(super) const BALANCED: f64 = 1e-3;
 /// A shell stands still whose inertia is this part of its loads, and which the slowest mode moves by this part of its way in a radian, at most.
 const STILL: f64 = 1e-3;
 
+/// Roundings of a coordinate that a vertex may be off by and count as right: as many as positions and displacements take on their way.
+const ROUNDED: f64 = 4.0;
+
 /// Times that the full shell is led again as it came into solids, at most.
 const TOUCHES: usize = 6;
 
@@ -146,7 +149,10 @@ impl State {
         let loads = self.loads_at(&u, &rate);
         let moving = shell.free_norm(&loads);
         if let Some(v) = less(loads).iter().position(|f| !f.iter().all(|x| x.is_finite())) {
-            return Err(Error::new(ErrorKind::Numerical, format!("the load on vertex {v} is not finite")));
+            return Err(Error::new(
+                ErrorKind::Numerical,
+                format!("load and inertia on vertex {v} are beyond the range of numbers"),
+            ));
         }
         let own = shell.with_rest_angles(&self.motion.rest_angles()).map(Arc::new);
         self.model.solvers.with(
@@ -184,9 +190,13 @@ impl State {
         Err(Error::new(ErrorKind::Numerical, message))
     }
 
-    /// The errors of a pose that is `way` from where it should be, `end` (n_vertices, frame axes).
+    /// The errors of a pose that is `way` from where it should be, `end` (n_vertices, frame axes). What rounding moves is none.
     fn errors_of(&self, way: &[Vec3], end: &[Vec3]) -> Certificate {
         let (shell, rest) = (&self.model.shell, self.stress_free_positions());
+        let rounding = ROUNDED * f64::EPSILON * shell.mesh.reach;
+        if way.iter().all(|way| way.norm() <= rounding) {
+            return Certificate::default();
+        }
         let longest = |a: &usize, b: &usize| way[*a].norm_squared().total_cmp(&way[*b].norm_squared());
         let vertex = (0..way.len()).max_by(longest).unwrap_or(0);
         let errors = [ratio(norm(shell, |v| way[v]), norm(shell, |v| end[v] - rest[v])), way[vertex].norm()];

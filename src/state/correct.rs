@@ -52,13 +52,13 @@ impl State {
         Ok(())
     }
 
-    /// The same, on to a stable equilibrium of the full shell, of a state without velocities, as after [`State::equilibrium`], that moves by fields: where
+    /// The same, on to a stable equilibrium of the full shell, of a state at rest, as after [`State::equilibrium`], that moves by fields: where
     /// a certificate finds more than 5 % of its displacement wrong. It is sought from where two steps lead, or else from the pose, or from rest. Of any other state, and where
-    /// none is found, nothing is kept.
+    /// none is found, nothing is kept. So it is where loads were set that the pose does not balance: these begin a motion.
     ///
     /// Motion is left out: near a fold the inertia of a method that is far off leads astray.
     pub fn correct_as_needed(&mut self) -> Result<()> {
-        self.correction = match self.may_be_helped() {
+        self.correction = match self.may_be_helped()? {
             true => self.way_to_equilibrium()?.map(|steps| Box::new(KeptCorrection { steps, is_current: true })),
             false => None,
         };
@@ -114,10 +114,16 @@ impl State {
     }
 
     /// Not while its rest shape moves, nor where it has the same bits on every processor, which steps of the full shell have not.
-    fn may_be_helped(&self) -> bool {
+    fn may_be_helped(&self) -> Result<bool> {
         let by_fields = matches!(self.method(), Method::ReducedShell | Method::PolynomialShell | Method::AdaptiveShell);
         let may = self.moving_rest.is_none() && self.model.arithmetic == Arithmetic::Fastest;
-        by_fields && may && self.is_standing()
+        Ok(by_fields && may && self.is_standing() && unless_none(self.is_at_rest())?.unwrap_or(false))
+    }
+
+    /// Whether the method's own forces balance the loads, and nothing moves. Else the inertia that it has would stand in for what is not balanced.
+    fn is_at_rest(&self) -> Result<bool> {
+        let judging = self.judging_points(&mut self.contacts.clone(), None);
+        self.with_full_shell(judging.as_ref(), |_, _, load| Ok(load.still))
     }
 
     /// Whether [`State::correct`] led anywhere since the last step.

@@ -3,6 +3,7 @@
 mod certify;
 mod contact;
 mod correct;
+mod following;
 mod look;
 mod moving_rest;
 mod output;
@@ -29,6 +30,7 @@ use crate::{Error, ErrorKind, Model, Result, Vec3};
 pub use certify::{Certificate, LARGEST_ERROR};
 pub use contact::{MOST_OBSTACLES, Outside};
 use correct::KeptCorrection;
+use following::Following;
 use moving_rest::MovingRest;
 pub use output::{Outward, Report, Shown};
 use rest::Rest;
@@ -88,19 +90,10 @@ pub struct State {
     correction: Option<Box<KeptCorrection>>,
 }
 
-/// Forces that depend on the shape are taken anew at an equilibrium until they change by less than this part of themselves, and at most
-/// in so many rounds. A basis of 32 bits leaves seven digits.
-const FOLLOWING_SETTLED: f64 = 1e-6;
+/// Forces that depend on the shape are taken anew at an equilibrium in so many rounds at most.
 const FOLLOWING_ROUNDS: usize = 100;
 /// Iterations of all these rounds at most: a full shell that flutters takes hundreds in each.
 const FOLLOWING_ITERATIONS: usize = 2000;
-
-/// Whether forces are those of the round before, if there was one.
-fn has_settled(force: &[Vec3], last: &[Vec3]) -> bool {
-    let change: f64 = force.iter().zip(last).map(|(a, b)| (a - b).norm_squared()).sum();
-    let size: f64 = force.iter().map(|f| f.norm_squared()).sum();
-    !last.is_empty() && change <= FOLLOWING_SETTLED * FOLLOWING_SETTLED * size
-}
 
 /// The forces that [`State::evaluate_loads`] left in the scratch, or those on few vertices as they are, for vertices in these axes.
 fn external<'a>(loads: &'a Loads, scratch: &'a LoadScratch, model: &Model, axes: &Axes) -> External<'a> {
@@ -580,7 +573,7 @@ impl State {
         if let Some(supports) = &mut self.supports {
             supports.head(1.0);
         }
-        let (mut last, mut iterations, mut rounds) = (Vec::new(), 0, 0);
+        let (mut following, mut iterations, mut rounds) = (Following::new(), 0, 0);
         while rounds < FOLLOWING_ROUNDS && iterations <= FOLLOWING_ITERATIONS {
             rounds += 1;
             self.motion.stop();
@@ -588,21 +581,26 @@ impl State {
                 let (residual, more) = self.settle_on_moving_rest()?;
                 let force = if self.loads.needs_motion() { self.scratch.force.clone() } else { vec![] };
                 iterations += more;
-                if force.is_empty() || has_settled(&force, &last) {
+                if force.is_empty() || following.has_settled(&force) {
                     return Ok((residual, iterations));
                 }
-                last = force;
+                following.take(force);
                 continue;
             }
             self.evaluate_loads((pose, rates), pose);
             let force = self.following_forces(&load);
-            let settled = has_settled(&force, &last);
+            let still = force.is_empty();
+            let settled = following.has_settled(&force);
+            if self.loads.needs_motion() && load.spin_rate().is_none() {
+                following.take_share(&mut self.scratch.force);
+            } else {
+                following.take(force);
+            }
             let (residual, more) = self.settle_touching(&load, pose)?;
             iterations += more;
-            if force.is_empty() || settled {
+            if still || settled {
                 return Ok((residual, iterations));
             }
-            last = force;
         }
         let message = format!(
             "no equilibrium: forces that depend on the shape, such as wind, still change after {rounds} rounds of {iterations} \

@@ -169,3 +169,30 @@ fn an_unmet_hard_handle_counts() {
         assert!(found.remaining < 1e-6 && (step || truth == 1.0), "{found:?}");
     }
 }
+
+/// Nothing is wrong there but rounding, and nothing loads the shell that it could be measured by.
+#[test]
+fn a_shell_that_rests_where_its_handles_are_is_right() {
+    let reduced = shellwarp::reduced::Options { fields: 12, poses: 8, ..Default::default() };
+    let options = Options { modes: 10, reduced, ..Options::default() };
+    let model = Arc::new(Model::precompute(Arc::new(sheet(|_| false)), &options, &mut |_, _| Ok(())).unwrap());
+    let rest = &model.shell.mesh.positions;
+    for handles in [&[0][..], &[0, 45], &[0, 45, 87], &[0, 6, 45, 87]] {
+        for method in [Method::PolynomialShell, Method::ReducedShell, Method::Warp] {
+            let mut state = state(&model, method);
+            for (id, &vertex) in (0u32..).zip(handles) {
+                let target = Target::Position(rest[vertex as usize]);
+                state.set_constraint(Constraint { id, vertex, axes: [true; 3], compliance: 0.0, target }).unwrap();
+            }
+            state.equilibrium().unwrap();
+            let told = state.certify().unwrap();
+            // A rounding of the size has a force of its own, which is what is left measured by.
+            assert!(
+                told.error == 0.0 && told.max_error == 0.0 && told.remaining <= 1.0,
+                "{handles:?} {method:?}: {told:?}"
+            );
+            state.fall_back().unwrap();
+            assert_eq!(state.method(), method, "{handles:?}");
+        }
+    }
+}

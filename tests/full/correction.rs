@@ -273,3 +273,15 @@ fn a_certificate_tells_the_error_of_what_is_kept() {
         assert!(certificate.corrected[1] < certificate.max_error);
     }
 }
+
+/// Its inertia stands in for the load there: a search that takes it for right would keep the pose that it has, and be told to be right.
+#[test]
+fn loads_that_a_pose_does_not_balance_are_not_corrected() {
+    let model = model(leaf(1), 12, 8);
+    let mut state = State::new(model, Method::PolynomialShell, Integrator::Exact).unwrap();
+    state.set_gravity(Vec3::new(0.0, 0.3, -1.0)).unwrap();
+    state.correct_as_needed().unwrap();
+    assert!(!state.is_corrected());
+    let told = state.certify().unwrap();
+    assert_eq!(told.corrected[0], told.error);
+}

@@ -289,3 +289,23 @@ fn limp_cloth_takes_fewer_iterations_than_by_the_energy_alone() {
     // 661 and 431. Where a fold falls to the other side the numbers of a step change, their sums over 30 by less than a tenth.
     assert!(5 * totals[1] < 4 * totals[0], "{totals:?}");
 }
+
+/// Rounding of the coordinates, times the stiffness of the sheet, is more than such a load; it moves the shell by next to nothing.
+#[test]
+fn a_load_that_is_small_beside_rounding_of_the_sheet_is_borne_as_by_linear_analysis() {
+    let shell = Arc::new(leaf(1));
+    let forces = gravity(&shell, [0.4, 0.5, -0.77], 0.1);
+    let under = |share: f64| {
+        let forces: Vec<Vec3> = forces.iter().map(|f| share * f).collect();
+        let mut solver = Solver::new(shell.clone()).unwrap();
+        let rest = vec![Vec3::zeros(); forces.len()];
+        let found = solver.equilibrium(&rest, &forces, &EquilibriumOptions::default(), &mut |_| Ok(())).unwrap();
+        (found.displacement.iter().map(|u| u / share).collect::<Vec<_>>(), found.residual)
+    };
+    let ((linear, _), (small, residual)) = (under(1e-4), under(1e-9));
+    let apart = mass_error(&shell, &small, &linear);
+    println!("residual {residual:.1e}, {apart:.1e} from linear");
+    assert!(residual > 1e-3, "{residual:e}: the load is not small enough to tell");
+    // Of second order in 1e-4 of a load that bends the shell by a tenth of its size, and what rounding may move.
+    assert!(apart < 2e-3, "{apart:e}");
+}

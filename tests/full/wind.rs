@@ -52,3 +52,32 @@ fn paper_in_a_strong_wind_comes_to_rest_in_long_steps() {
     assert!(moved < 1e-4 * size, "it is at rest: {moved}");
     assert!(apart < 1e-3 * size, "the steps' length does not change where: {apart}");
 }
+
+/// A sheet that turns into the wind bears less of it: each shape found under the last one's wind overshoots, to and fro without end, unless only a share of
+/// the change is taken.
+#[test]
+fn a_sheet_in_a_steady_wind_has_an_equilibrium_by_every_method() {
+    let model = paper();
+    let size = model.shell.mesh.size;
+    let in_wind = |method: Method| {
+        let integrator = if method == Method::Warp { Integrator::Exact } else { Integrator::ImplicitEuler };
+        let mut state = State::new(model.clone(), method, integrator).unwrap();
+        state.set_gravity(Vec3::new(9.8, 0.0, 0.0)).unwrap();
+        state
+            .set_wind(Wind { velocity: Vec3::new(0.0, 0.2, 3.0), density: 1.2, normal_drag: 1.0, ..Wind::default() })
+            .unwrap();
+        state
+    };
+    let mut settled = in_wind(Method::ImplicitShell);
+    settled.set_damping(&Damping { mass_coefficient: 5.0, ..Default::default() }).unwrap();
+    (0..400).for_each(|_| settled.step(0.02).unwrap());
+    let mut found = in_wind(Method::ImplicitShell);
+    let (residual, iterations) = found.equilibrium().unwrap();
+    let [found, settled] = [&found, &settled].map(displacements);
+    let apart = found.iter().zip(&settled).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
+    let most = found.iter().map(Vec3::norm).fold(0.0, f64::max);
+    println!("moves by {most:.3}, {apart:.1e} from damped steps, residual {residual:.1e}, {iterations} iterations");
+    assert!(most > 0.1 * size, "it bends far: {most}");
+    assert!(apart < 1e-5 * size, "it is where damped steps settle, to what these leave: {apart:e}");
+    in_wind(Method::Warp).equilibrium().unwrap();
+}

@@ -126,6 +126,44 @@ fn a_load_that_overflows_is_a_numerical_failure_of_the_step() {
     }
 }
 
+/// The guard against loads beyond range took one whose square overflows for none, and the shell stayed where it was.
+#[test]
+fn a_gravity_whose_square_overflows_is_refused_by_steps_and_equilibria() {
+    for method in [Method::Warp, Method::VirtualWorkWarp, Method::LinearModalAnalysis, Method::RotationStrain] {
+        for gravity in [1e155, 1e200, 1e300] {
+            let mut state = state(method);
+            state.set_gravity(Vec3::z() * gravity).unwrap();
+            is_numerical(state.step(0.01));
+            is_numerical(state.equilibrium());
+        }
+    }
+}
+
+#[test]
+fn a_reduced_shell_whose_energy_overflows_is_refused_by_steps() {
+    let reduced = shellwarp::reduced::Options { fields: 6, poses: 8, ..Default::default() };
+    let options = Options { modes: 4, reduced, ..Options::default() };
+    let model = Arc::new(Model::precompute(Arc::new(leaf(1)), &options, &mut |_, _| Ok(())).unwrap());
+    for method in [Method::PolynomialShell, Method::ReducedShell] {
+        let mut state = State::new(model.clone(), method, Integrator::Exact).unwrap();
+        for gravity in [1e100, 1e160, 1e300] {
+            state.set_gravity(Vec3::z() * gravity).unwrap();
+            let saved = state.save();
+            is_numerical(state.step(0.02));
+            assert_eq!(state.save(), saved, "{method:?}");
+        }
+    }
+}
+
+#[test]
+fn the_vertex_of_a_wind_that_is_no_number_is_named() {
+    let mut state = state(Method::Warp);
+    let mut local = vec![Vec3::zeros(); state.model().shell.mass.len()];
+    local[5].y = f64::NAN;
+    let error = state.set_wind(shellwarp::load::Wind { density: 1.0, local, ..Default::default() }).unwrap_err();
+    assert_eq!(error.message, "the wind velocity at vertex 5 is NaN: it must be finite");
+}
+
 #[test]
 fn the_size_of_a_mesh_is_finite_or_the_mesh_refused() {
     let triangle = |x: f64, y: f64| Mesh::new(vec![Vec3::zeros(), Vec3::x() * x, Vec3::y() * y], &[[0, 1, 2]]).unwrap();

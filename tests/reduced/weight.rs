@@ -91,3 +91,13 @@ fn a_polynomial_is_as_stiff_at_rest_as_its_shell() {
         assert!(polynomial < 0.01 && samples < 0.01, "{polynomial} {samples}"); // samples leave a hundredth of forces
     }
 }
+
+/// Half of what the calling thread alone had at once: others of the training have theirs.
+#[test]
+fn the_memory_that_a_training_takes_is_told() {
+    let mut told = vec![];
+    let used = allocation_counter::measure(|| told.push(lampshade(24, 20).peak_bytes as f64));
+    let plain = lampshade(0, 0).peak_bytes as f64;
+    println!("told {:.2e}, without fields {plain:.2e}, on this thread {:.2e}", told[0], used.bytes_max as f64);
+    assert!(told[0] > 5.0 * plain && told[0] > 0.5 * used.bytes_max as f64);
+}

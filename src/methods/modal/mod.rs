@@ -193,7 +193,8 @@ impl<M: Map> Modal<M> {
             None => self.meet_constraints(acting, h),
             Some(energy) => self.meet_constraints_and(energy, acting, h),
         };
-        let finite = (self.constraints.set().work + work).is_finite() && self.constraints.set().is_finite();
+        let constrained = (self.constraints.set().work + work).is_finite() && self.constraints.set().is_finite();
+        let finite = constrained && (self.pull.body + self.pull.external).is_finite(); // else the guard takes the load for none
         if !finite || !self.is_representable_at(&self.next[0], &self.next[1]) {
             let message = format!("the step of {h:?} s does not give finite positions");
             return Err(Error::new(ErrorKind::Numerical, message));

@@ -102,6 +102,8 @@ struct Reduced {
     constraints: ConstraintSet,
     /// Steps whose search ended short of its tolerance.
     unconverged: u64,
+    /// Whether the search of the last stage ended beyond all numbers.
+    overflows: bool,
     /// Of the last step; none before one.
     work: Work,
     estimate: Estimate,
@@ -165,6 +167,7 @@ fn at_rest(model: &Model, form: Form) -> Result<Reduced> {
         by_vertices: None,
         constraints: ConstraintSet::default(),
         unconverged: 0,
+        overflows: false,
         work: Work::default(),
         estimate: Estimate::none(n),
         newton: Newton::new(reduced.elastic(form)),
@@ -204,9 +207,17 @@ impl Reduced {
 
     /// Whether positions and energies are numbers.
     fn is_within_range(&self, q: &[f64], q_dot: &[f64]) -> bool {
-        let largest = LARGEST_DISPLACEMENT * self.shell.mesh.size * self.shell.total_mass.sqrt();
         let kinetic = sum_of(q_dot, q_dot, |v, _| v * v);
-        kinetic.is_finite() && q.iter().all(|q| q.abs() <= largest)
+        kinetic.is_finite() && q.iter().all(|q| q.abs() <= self.largest())
+    }
+
+    /// Whether the next rates lead a hundred times beyond all amplitudes in another step of `h`: no step that ends within them has such.
+    fn outruns_range(&self, h: f64) -> bool {
+        self.rates.iter().any(|rate| (0.01 * h * rate).abs() > self.largest())
+    }
+
+    fn largest(&self) -> f64 {
+        LARGEST_DISPLACEMENT * self.shell.mesh.size * self.shell.total_mass.sqrt()
     }
 
     /// BᵀF without the turning frame's.

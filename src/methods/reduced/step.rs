@@ -79,8 +79,8 @@ impl Reduced {
             self.gain_nothing(work);
         }
         self.record_outcomes(at);
-        let finite = (self.constraints.work + work).is_finite() && self.constraints.is_finite();
-        if !finite || !self.is_within_range(&self.next, &self.rates) {
+        let finite = (self.constraints.work + work).is_finite() && self.constraints.is_finite() && !self.overflows;
+        if !finite || !self.is_within_range(&self.next, &self.rates) || self.outruns_range(h) {
             let message = format!("the step of {h:?} s does not give finite positions");
             return Err(Error::new(ErrorKind::Numerical, message));
         }
@@ -237,6 +237,7 @@ impl Reduced {
                 self.newton.minimize(energy, &potential, &mut self.next, stop)
             });
             converged = end.converged;
+            self.overflows = !converged && !end.residual.is_finite();
             if passes == 1 {
                 break;
             }
