@@ -70,7 +70,13 @@ mod tests {
 
     /// A unit square, folded by a right angle along a diagonal, of so thick a sheet.
     fn warnings(thickness: f64) -> Vec<String> {
+        warnings_at(thickness, 0.0)
+    }
+
+    /// The same square, so far from the origin.
+    fn warnings_at(thickness: f64, away: f64) -> Vec<String> {
         let positions = [[0.0f64, 0.0, 0.0], [0.5, 0.5, 0.5f64.sqrt()], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
+        let positions = positions.map(|[x, y, z]| [x + away, y, z]);
         let triangles = [0u32, 1, 2, 0, 2, 3];
         let mut mesh = SwMeshDesc::initial();
         (mesh.position_format, mesh.n_vertices, mesh.n_triangles) = (SW_FORMAT_F64, 4, 2);
@@ -97,5 +103,12 @@ mod tests {
         assert_eq!(said.len(), 1, "{said:?}");
         let words = ["a tenth of its radius of curvature at 2 triangles", "it is 0.20 of it"];
         assert!(words.iter().all(|words| said[0].contains(words)), "{said:?}");
+    }
+
+    #[test]
+    fn a_mesh_far_from_the_origin_is_warned_of() {
+        assert!(warnings_at(0.01, 1e4).is_empty());
+        let said = warnings_at(0.01, 1e6);
+        assert!(said.len() == 1 && said[0].contains("of its sizes from the origin"), "{said:?}");
     }
 }
