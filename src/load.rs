@@ -9,11 +9,14 @@
 //!
 //! It turns with the shell because n̂ is the deformed normal.
 
+mod following;
+
 use crate::energy::Mat3;
 use crate::error::{Result, require_finite, require_non_negative};
 use crate::features::Feature;
 use crate::support::{Passage, Pose, Rates};
 use crate::{Error, Mesh, Vec3};
+pub use following::Following;
 use nalgebra::{Matrix3, UnitQuaternion};
 
 /// Body loads in frame axes, constant over a step.

@@ -9,6 +9,7 @@ use super::free_motion::FreeMotions;
 use super::newton::Stop;
 use super::potential::Potential;
 use super::{Solver, continuation, free_norm, mass_norm};
+use crate::load::Following;
 use crate::{Result, Shell, Vec3};
 use std::sync::{Mutex, PoisonError};
 
@@ -151,12 +152,16 @@ impl Solver {
         let first = self.x.clone();
         let shell = self.shell.clone();
         let mut found = Correction { way: vec![], force: [0.0; 2], short: 0.0, factorizations: 0 };
+        let mut following = Following::new();
         for round in 0..ROUNDS {
             let rest = &shell.mesh.positions;
             let displacement: Vec<Vec3> = self.x.iter().zip(rest).map(|(x, rest)| x - rest).collect();
             let before = self.x.clone();
             let free = FreeMotions::new(&shell, self.constraints.held(), &self.x);
             let mut forces = (load.at)(if round == 0 { start } else { &displacement });
+            if load.follows {
+                following.take_share(&mut forces);
+            }
             let moving = if free.is_empty() { 0.0 } else { libm::hypot(load.moving, rounding(&shell)) };
             let scale =
                 libm::hypot(libm::hypot(free_norm(&shell, &forces), load.held), moving).max(LEAST * rounding(&shell));
@@ -175,7 +180,7 @@ impl Solver {
             if !again || gone <= NOWHERE * shell.mesh.size * shell.total_mass.sqrt() {
                 break;
             }
-            found.short = gone / whole;
+            found.short = gone / (following.share() * whole);
             if round > 0 && found.short <= SETTLED {
                 found.short = 0.0;
                 break;

@@ -44,6 +44,9 @@ pub(super) const UNBOUNDED: usize = usize::MAX;
 pub(super) const WORST_RESIDUAL: f64 = 1e-3;
 const UNMOVED: f64 = 1e-3;
 
+/// Sizes that a shell moves, root mean square, once nothing holds it: there rounding hides any load.
+const FLOWN: f64 = 10.0;
+
 /// The shortest share of Δ to venture.
 const SHORTEST_REACH: f64 = 0.05;
 
@@ -387,13 +390,15 @@ impl Newton {
         Ok(self.hardly_moves(potential, x))
     }
 
-    /// Whether Δ is next to nothing beside the displacement.
+    /// Whether Δ is next to nothing beside the displacement, of a shell that did not fly away.
     fn hardly_moves(&self, potential: &Potential, x: &[Vec3]) -> bool {
         let (mass, rest) = (&potential.shell.mass, &potential.shell.mesh.positions);
         let of = |way: &dyn Fn((usize, usize)) -> Vec3| -> f64 {
             potential.free().enumerate().map(|(i, v)| mass[v] * way((i, v)).norm_squared()).sum()
         };
-        of(&|(i, _)| self.along(i)) <= UNMOVED * UNMOVED * of(&|(_, v)| x[v] - rest[v])
+        let gone = of(&|(_, v)| x[v] - rest[v]);
+        let is_here = gone <= (FLOWN * potential.shell.mesh.size).powi(2) * potential.shell.total_mass;
+        is_here && of(&|(i, _)| self.along(i)) <= UNMOVED * UNMOVED * gone
     }
 
     /// Takes one of the linear solves that are left to the step.

@@ -13,7 +13,7 @@ const FALLING: f64 = 0.5;
 const LEAST_SHARE: f64 = 0.02;
 
 /// Between two rounds.
-pub(super) struct Following {
+pub struct Following {
     /// What the last round had, and by how much that was off what the shape before had (n_vertices each; none before a round).
     taken: Vec<Vec3>,
     missed: Vec<Vec3>,
@@ -22,24 +22,24 @@ pub(super) struct Following {
 
 impl Following {
     /// Before the first round.
-    pub(super) fn new() -> Self {
+    pub fn new() -> Self {
         Self { taken: vec![], missed: vec![], share: 1.0 }
     }
 
     /// Whether the forces on the shape that the last round found (n_vertices) are those that it had.
-    pub(super) fn has_settled(&self, force: &[Vec3]) -> bool {
+    pub fn has_settled(&self, force: &[Vec3]) -> bool {
         let change: f64 = force.iter().zip(&self.taken).map(|(a, b)| (a - b).norm_squared()).sum();
         let size: f64 = force.iter().map(|f| f.norm_squared()).sum();
         !self.taken.is_empty() && change <= SETTLED * SETTLED * size
     }
 
     /// The next round has these.
-    pub(super) fn take(&mut self, force: Vec<Vec3>) {
+    pub fn take(&mut self, force: Vec<Vec3>) {
         self.taken = force;
     }
 
     /// The next round has these, or, where rounds do not converge by themselves, a share of the way there.
-    pub(super) fn take_share(&mut self, force: &mut [Vec3]) {
+    pub fn take_share(&mut self, force: &mut [Vec3]) {
         if self.taken.is_empty() {
             return self.take(force.to_vec());
         }
@@ -47,7 +47,8 @@ impl Following {
         let turned: Vec<Vec3> = missed.iter().zip(&self.missed).map(|(now, last)| now - last).collect();
         if square(&missed) > FALLING * FALLING * square(&self.missed) && !self.missed.is_empty() {
             let along: f64 = self.missed.iter().zip(&turned).map(|(last, turned)| last.dot(turned)).sum();
-            self.share = (-self.share * along / square(&turned)).clamp(LEAST_SHARE, 1.0);
+            let foreseen = -self.share * along / square(&turned);
+            self.share = if foreseen.is_finite() { foreseen.clamp(LEAST_SHARE, 1.0) } else { 1.0 };
         }
         let taken = force.iter_mut().zip(&mut self.taken).zip(&missed);
         taken.for_each(|((force, taken), missed)| {
@@ -55,6 +56,11 @@ impl Following {
             *force = *taken;
         });
         self.missed = missed;
+    }
+
+    /// Of the last change that a round found, what was taken.
+    pub fn share(&self) -> f64 {
+        self.share
     }
 }
 
