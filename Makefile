@@ -342,8 +342,8 @@ bench-correction: ## error of a reduced shell after Newton steps of the full one
 	cargo run --locked --release --example correction -- --docs docs/evidence/solver.md frames
 	cargo run --locked --release --example correction -- --docs docs/evidence/solver.md motion
 
-bench-training: ## time the training of reduced shells, the table of docs/evidence/front.md
-	cargo run --locked --release --example training -- --docs docs/evidence/front.md
+bench-training: ## time the training of reduced shells, a table of docs/evidence/training.md
+	cargo run --locked --release --example training -- --docs docs/evidence/training.md
 
 bench-polynomial: ## time the polynomial shell's steps and positions beside the warp's on leaves (models stay in out/bench)
 	cargo run --locked --release --example polynomial

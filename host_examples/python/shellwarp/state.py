@@ -286,8 +286,8 @@ class State(Handle):
     def correct(self, steps: Steps = "auto") -> None:
         """Takes Newton steps of the full nonlinear shell that go on from frame to frame, for output alone. Once after a frame's steps, before `positions_corrected`.
 
-        "auto" goes on to the full shell's equilibrium, as `certify` seeks it, where that finds more than 5 % of the displacement wrong: of a state that moves by fields and has
-        no velocities, as after `equilibrium`. Where more than half is wrong, or no equilibrium is found, it takes the full shell's way from rest, up to 2,500 vertices.
+        "auto" goes on to the full shell's equilibrium, as `certify` seeks it, where that finds more than 5 % of the displacement wrong: of a state at rest that moves by fields,
+        as after `equilibrium`. Where more than half is wrong, or no equilibrium is found, it takes the full shell's way from rest, up to 2,500 vertices.
         Of any other state, one in motion too, it keeps nothing. 0 forgets what was kept.
         Steps by number are for loads that change slowly: near a fold they lead quick motion astray."""
         self._call("sw_state_correct", newton_steps(steps, "steps"))
