@@ -50,11 +50,11 @@ impl Following {
             let foreseen = -self.share * along / square(&turned);
             self.share = if foreseen.is_finite() { foreseen.clamp(LEAST_SHARE, 1.0) } else { 1.0 };
         }
-        let taken = force.iter_mut().zip(&mut self.taken).zip(&missed);
-        taken.for_each(|((force, taken), missed)| {
-            *taken += self.share * missed;
-            *force = *taken;
-        });
+        if self.share < 1.0 {
+            let parts = force.iter_mut().zip(&self.taken).zip(&missed);
+            parts.for_each(|((force, taken), missed)| *force = taken + self.share * missed);
+        }
+        self.taken.copy_from_slice(force);
         self.missed = missed;
     }
 
