@@ -16,7 +16,7 @@ use crate::error::{Result, require_finite, require_non_negative};
 use crate::features::Feature;
 use crate::support::{Passage, Pose, Rates};
 use crate::{Error, Mesh, Vec3};
-pub use following::Following;
+pub(crate) use following::Following;
 use nalgebra::{Matrix3, UnitQuaternion};
 
 /// Body loads in frame axes, constant over a step.

@@ -13,7 +13,7 @@ const FALLING: f64 = 0.5;
 const LEAST_SHARE: f64 = 0.02;
 
 /// Between two rounds.
-pub struct Following {
+pub(crate) struct Following {
     /// What the last round had, and by how much that was off what the shape before had (n_vertices each; none before a round).
     taken: Vec<Vec3>,
     missed: Vec<Vec3>,
