@@ -210,7 +210,7 @@ pub unsafe extern "C" fn sw_model_create(
     })
 }
 
-/// Sizes from the origin from which a mesh is warned of. At 3e4 a card's equilibrium leaves 5e-4 of the load, and at 3e5 none is found.
+/// Sizes from the origin from which a mesh is warned of. At 3e4 rounding leaves 5e-4 of a card's load, and at 3e6 a training finds nothing.
 const FAR: f64 = 1e4;
 
 fn log_repairs(mesh: &Mesh) {
