@@ -156,6 +156,24 @@ impl Constraints {
         self.turns.iter().map(|turn| turn.torque).collect()
     }
 
+    /// Numbers that tell the torques of all orientations.
+    pub fn n_torques(&self) -> usize {
+        3 * self.turns.len()
+    }
+
+    /// Adds the torques of all orientations at `x`, with what m changes to first order on the way to `next`; without one, their multipliers T.
+    pub fn foresee_torques(&self, x: &[Vec3], next: Option<&[Vec3]>, torques: &mut Vec<f64>) {
+        for turn in &self.turns {
+            let torque = next.map_or(turn.torque, |next| {
+                let (missing, by_vertex) = turn.derivative(&turn.ring.gather(x), self.share);
+                let ways = turn.ring.vertices.iter().map(|v| next[*v as usize] - x[*v as usize]);
+                let gained = by_vertex.iter().zip(ways).map(|(by, way)| by * way);
+                self.torque(turn, &(missing - gained.fold(Vec3::zeros(), |sum, turn| sum + turn)))
+            });
+            torques.extend_from_slice(torque.as_slice());
+        }
+    }
+
     /// What [`Constraints::torques`] gave.
     pub fn set_torques(&mut self, torques: Vec<Vec3>) {
         self.turns.iter_mut().zip(torques).for_each(|(turn, torque)| turn.torque = torque);

@@ -39,9 +39,7 @@ impl Solver {
         self.constraints = Constraints::new(&self.shell, axes, list, &self.x);
         let cliques = self.constraints.cliques();
         if !cliques.iter().eq(&self.coupled) {
-            let spare = self.newton.spare;
-            self.newton = Newton::new(&self.shell, &cliques)?;
-            self.newton.spare = spare;
+            self.newton = self.newton.renewed(Newton::new(&self.shell, &cliques)?);
             self.coupled = cliques.into_iter().map(<[u32]>::to_vec).collect();
         }
         Ok(())

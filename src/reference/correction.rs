@@ -139,6 +139,7 @@ impl Solver {
             }
         }
         let followed = newton.follow_mixed(&potential, x, &mut stress, steps);
+        stress.truncate(shell.energy.n_elements());
         newton.foreign = false; // others use it next
         followed?;
         free.align(&shell, &mut self.x, &first);

@@ -250,6 +250,8 @@ impl Newton {
     /// The first stress.
     pub(super) fn begin(&mut self, potential: &Potential, x: &[Vec3], stress: &mut Vec<f64>) {
         foresee(potential, &mut self.parts, [x, x], stress);
+        stress.truncate(potential.shell.energy.n_elements());
+        potential.constraints.foresee_torques(x, None, stress);
         let membrane = &mut stress[..potential.shell.energy.n_membrane()];
         if self.foreign {
             membrane.fill(0.0);
@@ -482,10 +484,12 @@ fn foresee(potential: &Potential, parts: &mut Parts, [x, next]: [&[Vec3]; 2], st
     stress.clear();
     if parts.find_strains(potential.shell, x, Some(next)) {
         stress.resize(potential.shell.energy.n_elements(), 0.0);
-        return parts.read_strains(stress);
+        parts.read_strains(stress);
+    } else {
+        potential.shell.energy.visit_strains(x, &mut |(vertices, row), strain| {
+            let change: f64 = vertices.iter().zip(row).map(|(&v, b)| b.dot(&(next[v as usize] - x[v as usize]))).sum();
+            stress.push(strain + change);
+        });
     }
-    potential.shell.energy.visit_strains(x, &mut |(vertices, row), strain| {
-        let change: f64 = vertices.iter().zip(row).map(|(&v, b)| b.dot(&(next[v as usize] - x[v as usize]))).sum();
-        stress.push(strain + change);
-    });
+    potential.constraints.foresee_torques(x, Some(next), stress);
 }

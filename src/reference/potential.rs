@@ -120,13 +120,13 @@ impl Potential<'_> {
     /// ∂²Φ/∂x² over the free vertices.
     pub fn assemble(&self, parts: &mut Parts, x: &[Vec3], curvature: Curvature, matrix: &mut BlockMatrix) {
         if parts.add_hessian(self, x, ElasticHessian::Own(curvature), matrix) {
-            return self.add_others(x, curvature, matrix);
+            return self.add_others(x, curvature, &[], matrix);
         }
         let mut columns = matrix.all();
         columns.clear();
         let add = &mut |element: ElementHessian| self.constraints.add_blocks(element, &mut columns);
         self.shell.energy.visit_hessian(x, curvature, add);
-        self.add_others(x, curvature, matrix);
+        self.add_others(x, curvature, &[], matrix);
     }
 
     /// ∇Φ(x) along what constraints leave free, with these `stress`es of the elements in the place of their strains.
@@ -143,24 +143,27 @@ impl Potential<'_> {
         self.constraints.project(gradient);
     }
 
-    /// ∂²Φ/∂x² over the free vertices with these `stress`es of the elements in the place of their strains. What other terms have that is not positive
-    /// semidefinite counts as with [`Curvature::Exact`] for a share of 1, else not.
+    /// ∂²Φ/∂x² over the free vertices with these `stress`es of the elements in the place of their strains, and torques of orientations after them. What
+    /// other terms have that is not positive semidefinite counts as with [`Curvature::Exact`] for a share of 1, else not.
     pub fn assemble_mixed(&self, parts: &mut Parts, x: &[Vec3], stress: Stress, matrix: &mut BlockMatrix) {
         let others = if stress.share == 1.0 { Curvature::Exact } else { Curvature::Semidefinite };
+        let (of, torques) = stress.of.split_at(self.shell.energy.n_elements());
+        let (stress, torques) =
+            (Stress { of, ..stress }, if torques.len() == self.constraints.n_torques() { torques } else { &[] });
         if parts.add_hessian(self, x, ElasticHessian::Mixed(stress), matrix) {
-            return self.add_others(x, others, matrix);
+            return self.add_others(x, others, torques, matrix);
         }
         let mut columns = matrix.all();
         columns.clear();
         let add = &mut |element: ElementHessian| self.constraints.add_blocks(element, &mut columns);
         self.shell.energy.visit_mixed_hessian(x, stress, add);
-        self.add_others(x, others, matrix);
+        self.add_others(x, others, torques, matrix);
     }
 
     /// Adds the second derivatives of all but the elastic energy.
-    fn add_others(&self, x: &[Vec3], curvature: Curvature, matrix: &mut BlockMatrix) {
+    fn add_others(&self, x: &[Vec3], curvature: Curvature, torques: &[f64], matrix: &mut BlockMatrix) {
         matrix.fill_rollers(|stiffness| stiffness);
-        self.constraints.add_hessian(x, curvature, matrix);
+        self.constraints.add_hessian(x, curvature, torques, matrix);
         if let Some(points) = self.points {
             self.constraints.add_points(points, x, curvature, matrix);
         }

@@ -1,12 +1,12 @@
 //! Error against the full shell on loads that were never trained on: the paper's warp beside reduced shells of several sizes, with the best
 //! that their fields could do, and what goes on after `State::fall_back`. docs/evidence/front.md says what it found.
 //!
-//! usage: front [--scene KEY] [--reduced "FIELDS,ELEMENTS,POSES ..."] [--docs FILE] [--ablate] [--follow] [--judge] [--gates]
+//! usage: front [--scene KEY] [--reduced "FIELDS,ELEMENTS,POSES ..."] [--docs FILE] [--ablate] [--follow] [--judge] [--gates] [--times]
 //!
 //! With --ablate, what each ingredient of the reduced shell buys, on held-out and fresh loads: a column of docs/evidence/front.md for each shell.
 //! With --follow, what one or two Newton steps of the full shell a frame make of the loads at a fifth of the size.
 //! With --judge, the judging list of front/judging.rs by what SW_METHOD_AUTO takes, with 8 modes and 20, 40 and 100 fields. With --gates, what each
-//! gate found and took.
+//! gate found and took. With --times, error against the time of a frame on each shell.
 #![allow(missing_docs)]
 
 #[path = "front/cases.rs"]
@@ -23,6 +23,8 @@ mod judging;
 mod pooled;
 #[path = "front/scenes.rs"]
 mod scenes;
+#[path = "front/times.rs"]
+mod times;
 
 use cases::{Case, loaded};
 use common::{displacements, mass_error};
@@ -461,6 +463,9 @@ fn main() {
             contenders(&scene, value("--reduced").map_or(SPECS, |specs| specs));
         }
         return;
+    }
+    if arguments.iter().any(|a| a == "--times") {
+        return times::table(value("--scene"), value("--docs"));
     }
     if arguments.iter().any(|a| a == "--follow") {
         return follow(value("--scene"), value("--docs"));

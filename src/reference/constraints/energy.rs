@@ -25,10 +25,10 @@ impl Constraints {
         sum
     }
 
-    /// Force of an orientation on its ring at positions `x` of that.
-    fn pulls(&self, turn: &Turn, x: &[Vec3]) -> Vec<Vec3> {
+    /// Force of an orientation on its ring at positions `x` of that, by its own torque or one that is given.
+    fn pulls(&self, turn: &Turn, x: &[Vec3], given: Option<Vec3>) -> Vec<Vec3> {
         let (missing, by_vertex) = turn.derivative(x, self.share);
-        let torque = self.axes * self.torque(turn, &missing);
+        let torque = self.axes * given.unwrap_or_else(|| self.torque(turn, &missing));
         by_vertex.iter().map(|by| by.tr_mul(&torque)).collect()
     }
 
@@ -36,7 +36,7 @@ impl Constraints {
     pub fn add_gradient(&self, x: &[Vec3], gradient: &mut [Vec3]) {
         self.springs.add_gradient(x, gradient);
         for turn in &self.turns {
-            let pulls = self.pulls(turn, &turn.ring.gather(x));
+            let pulls = self.pulls(turn, &turn.ring.gather(x), None);
             turn.ring.vertices.iter().zip(pulls).for_each(|(v, pull)| gradient[*v as usize] -= pull);
         }
         for hold in self.holds.iter().filter(|_| self.pulling) {
@@ -74,12 +74,14 @@ impl Constraints {
         }
     }
 
-    /// Adds the second derivative, for a semidefinite one without that of m, and fills what hard positions leave empty.
-    pub fn add_hessian(&self, x: &[Vec3], curvature: Curvature, matrix: &mut BlockMatrix) {
+    /// Adds the second derivative, for a semidefinite one without that of m, and fills what hard positions leave empty. Where `torques` are given, of each
+    /// orientation in turn, they take the place of those at `x`.
+    pub fn add_hessian(&self, x: &[Vec3], curvature: Curvature, torques: &[f64], matrix: &mut BlockMatrix) {
         self.add_points(&self.springs, x, curvature, matrix);
+        let mut given = torques.chunks_exact(3).map(Vec3::from_column_slice);
         for turn in &self.turns {
             let vertices = &turn.ring.vertices;
-            let block = self.turn_hessian(turn, turn.ring.gather(x), curvature);
+            let block = self.turn_hessian(turn, turn.ring.gather(x), curvature, given.next());
             matrix.add_element(vertices, |p, q| self.projected(vertices[p], block(p, q), vertices[q]));
         }
         for hold in &self.holds {
@@ -99,33 +101,36 @@ impl Constraints {
         }
     }
 
-    /// The blocks of an orientation at positions `x` of its ring: k (∂m/∂x)ᵀ ∂m/∂x, or with the curvature of m, by differences of
-    /// the force.
+    /// The blocks of an orientation at positions `x` of its ring: k (∂m/∂x)ᵀ ∂m/∂x, and the curvature of m with the torque that is given; or both by
+    /// differences of the force.
     fn turn_hessian(
         &self,
         turn: &Turn,
         mut x: Vec<Vec3>,
         curvature: Curvature,
+        given: Option<Vec3>,
     ) -> impl Fn(usize, usize) -> Matrix3<f64> {
         let n = x.len();
         let mut blocks = vec![Matrix3::zeros(); n * n];
-        if curvature == Curvature::Semidefinite {
+        if curvature == Curvature::Semidefinite || given.is_some() {
             let held = Matrix3::from_diagonal(&turn.only_held(Vec3::repeat(1.0)));
             let stiffness = self.stiffness(turn) * self.axes * held * self.axes.transpose();
             let by_vertex = turn.derivative(&x, self.share).1;
             (0..n * n).for_each(|k| blocks[k] = by_vertex[k / n].tr_mul(&(stiffness * by_vertex[k % n])));
-        } else {
+        }
+        if curvature == Curvature::Exact {
             let step = DIFFERENCE * (1..n).map(|i| (x[i] - x[0]).norm()).sum::<f64>() / n as f64;
             for q in 0..n {
                 for axis in 0..3 {
                     let place = x[q][axis];
                     x[q][axis] = place + step;
-                    let after = self.pulls(turn, &x);
+                    let after = self.pulls(turn, &x, given);
                     x[q][axis] = place - step;
-                    let before = self.pulls(turn, &x);
+                    let before = self.pulls(turn, &x, given);
                     x[q][axis] = place;
                     for p in 0..n {
-                        blocks[p * n + q].set_column(axis, &((before[p] - after[p]) / (2.0 * step)));
+                        let column = blocks[p * n + q].column(axis) + (before[p] - after[p]) / (2.0 * step);
+                        blocks[p * n + q].set_column(axis, &column);
                     }
                 }
             }
