@@ -16,7 +16,7 @@ export CMAKE_BUILD_PARALLEL_LEVEL ?= $(JOBS)
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
 .PHONY: help build native demo test test-bare test-cargo test-c test-render test-blender demo-blender install package blender-addon header \
-    python-abi docs-api test-docs lint fuzz check-memory check-threads check-miri check-guard bench bench-assets bench-auto-steps bench-binding bench-bounded bench-contact bench-contact-peers bench-correction bench-dynamics bench-front bench-handles bench-judging bench-instructions bench-leave-out bench-polynomial bench-precompute bench-same-bits bench-small-loads bench-solver bench-training build-report report report-docs report-stability \
+    python-abi docs-api test-docs lint fuzz check-memory check-threads check-miri check-guard bench bench-assets bench-auto-steps bench-binding bench-bounded bench-contact bench-contact-peers bench-correction bench-dynamics bench-front bench-fronts bench-handles bench-judging bench-instructions bench-leave-out bench-polynomial bench-precompute bench-same-bits bench-small-loads bench-solver bench-training build-report report report-docs report-stability \
     test-report clean
 .PHONY: npm release-check release-facts theory-pictures contact-pictures dist test-dist test-platforms dist-again render-mesh-picture proxy-picture moving-supports-picture materials-picture maya-module houdini-package plugin-zip cli check-platforms wasm test-wasm playground test-playground page-pictures tutorial-pictures docs scene-schema notices wheel pictures bench-leaf farm-demo farm-sweep farm-costs bench-slepc
 
@@ -314,6 +314,10 @@ check-guard: ## compare the scenes' motion, byte for byte, with that of a librar
 bench-front: ## error of reduced shells on loads they were not trained on, the figures of docs/evidence/front.md (references stay in out/front)
 	cargo run --locked --release --example front -- --docs docs/evidence/front.md
 
+bench-fronts: ## error against the time of a frame, method by method, on seven shells: docs/evidence/front.md, fronts.csv and their picture
+	cargo run --locked --release --example front -- --times --docs docs/evidence/front.md
+	python3 tests/bench/fronts_picture.py
+
 bench-judging: ## error of what SW_METHOD_AUTO takes on the judging list of tests/bench/front/judging.rs: docs/evidence/front.md
 	cargo run --locked --release --example front -- --judge --docs docs/evidence/front.md
 
@@ -334,7 +338,7 @@ bench-auto-steps: build ## what a step costs where SW_METHOD_AUTO is the full sh
 	@sh cmake/bootstrap.sh python
 	SHELLWARP_LIBRARY=$(LIBRARY) .venv/bin/python tests/bench/auto_steps.py --docs docs/guide/methods.md
 
-bench-solver: ## count factorizations of the full shell's equilibria: docs/evidence/solver.md
+bench-solver: ## count factorizations of the full shell's equilibria and steps: docs/evidence/solver.md
 	cargo run --locked --release --example solver -- --docs docs/evidence/solver.md
 
 bench-correction: ## error of a reduced shell after Newton steps of the full one: docs/evidence/solver.md

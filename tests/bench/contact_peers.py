@@ -1,8 +1,9 @@
 """A sheet of 13,225 vertices that falls onto a ball, by shellwarp and by other programs: the table of docs/evidence/speed.md.
 
-usage: contact_peers.py [--docs FILE] [--only NAME ...] [--frames N]
+usage: contact_peers.py [--docs FILE] [--only NAME ...] [--frames N] [--hanging]
 
-The same sheet, ball, gravity and frames of 1/60 s for all. Each program takes the steps and settings that it needs for
+The same sheet, ball, gravity and frames of 1/60 s for all. With --hanging no ball, frames of 1/30 s and of shellwarp the full shell alone: the table of
+docs/evidence/solver.md. Each program takes the steps and settings that it needs for
 them; the table tells which. Each runs alone in a process of its own, on the interpreter of --python, or Blender's on that of
 --blender. What is not installed is skipped by name. `make bench-contact-peers` runs it.
 """
@@ -28,7 +29,10 @@ SIDE, HELD = 115, 2
 YOUNG, POISSON, THICKNESS, DENSITY = 2e8, 0.3, 5e-3, 200.0
 # The ball: its top is 0.1 m below the sheet.
 RADIUS, CENTER, FRICTION = 0.2, (0.65, 0.0, -0.3), 0.3
-FRAME, G = 1.0 / 60.0, 9.81
+G = 9.81
+HANGING = "--hanging" in sys.argv
+FRAME = 1.0 / 30.0 if HANGING else 1.0 / 60.0
+METHODS = [("warp", 16, 0), ("warp", 48, 0), ("rotation-strain", 16, 0), ("reduced-shell", 16, 20), ("shell-implicit", 16, 0)]
 
 
 def sheet():
@@ -74,13 +78,14 @@ def shellwarp(frames):
     positions, triangles, held = sheet()
     shell = sw.Shell(positions, triangles, sw.Sheet(YOUNG, POISSON, THICKNESS, DENSITY), fixed=held)
     rows = []
-    for method, modes, fields in [("warp", 16, 0), ("warp", 48, 0), ("rotation-strain", 16, 0), ("reduced-shell", 16, 20), ("shell-implicit", 16, 0)]:
+    for method, modes, fields in METHODS[-1:] if HANGING else METHODS:
         model = sw.Model(shell)
         model.precompute(modes=modes, reduced_fields=fields)
         state = model.state(method)
         state.set_gravity([0, 0, -G])
-        state.set_colliders([sw.Collider.sphere(RADIUS, friction=FRICTION)])
-        state.move_collider(0, list(CENTER))
+        if not HANGING:
+            state.set_colliders([sw.Collider.sphere(RADIUS, friction=FRICTION)])
+            state.move_collider(0, list(CENTER))
         out = np.empty((len(positions), 3), np.float32)
 
         def advance():
@@ -89,7 +94,8 @@ def shellwarp(frames):
 
         fields = f", {fields} fields" if fields else ""
         modes = "" if method == "shell-implicit" else f", {modes} modes{fields}"
-        rows.append(timed(f"shellwarp, {method}{modes}", "thin shell that bends and stretches; exact ball, Coulomb friction; a step a frame", frames, advance))
+        models = "thin shell that bends and stretches; exact ball, Coulomb friction; a step a frame"
+        rows.append(timed(f"shellwarp, {method}{modes}", models, frames, advance))
     return rows
 
 
@@ -151,7 +157,8 @@ def newton(frames):
             builder.particle_mass[v] = 0.0
         solid = nt.ModelBuilder.ShapeConfig()
         solid.ke, solid.kd, solid.mu = 1e5, 1e1, FRICTION
-        builder.add_shape_sphere(-1, xform=wp.transform(wp.vec3(*CENTER), wp.quat_identity()), radius=RADIUS, cfg=solid)
+        if not HANGING:
+            builder.add_shape_sphere(-1, xform=wp.transform(wp.vec3(*CENTER), wp.quat_identity()), radius=RADIUS, cfg=solid)
         builder.color(include_bending=True)
         model = builder.finalize()
         model.soft_contact_ke, model.soft_contact_kd, model.soft_contact_mu = 1e5, 1e1, FRICTION
@@ -163,8 +170,9 @@ def newton(frames):
         def advance():
             for _ in range(substeps):
                 states[0].clear_forces()
-                pipeline.collide(states[0], contacts)
-                solver.step(states[0], states[1], control, contacts, FRAME / substeps)
+                if not HANGING:
+                    pipeline.collide(states[0], contacts)
+                solver.step(states[0], states[1], control, None if HANGING else contacts, FRAME / substeps)
                 states.reverse()
             return states[0].particle_q.numpy()
 
@@ -181,10 +189,11 @@ def blender(frames):
     scene = bpy.context.scene
     scene.render.fps, scene.gravity = round(1 / FRAME), (0, 0, -G)
     scene.frame_end = frames + 1
-    bpy.ops.mesh.primitive_uv_sphere_add(segments=64, ring_count=32, radius=RADIUS, location=CENTER)
-    ball = bpy.context.object
-    ball.modifiers.new("Collision", "COLLISION")
-    ball.collision.thickness_outer, ball.collision.cloth_friction = 0.001, 5.0
+    if not HANGING:
+        bpy.ops.mesh.primitive_uv_sphere_add(segments=64, ring_count=32, radius=RADIUS, location=CENTER)
+        ball = bpy.context.object
+        ball.modifiers.new("Collision", "COLLISION")
+        ball.collision.thickness_outer, ball.collision.cloth_friction = 0.001, 5.0
     mesh = bpy.data.meshes.new("sheet")
     mesh.from_pydata(positions.tolist(), [], triangles.tolist())
     cloth_object = bpy.data.objects.new("sheet", mesh)
@@ -199,7 +208,7 @@ def blender(frames):
     settings.bending_stiffness = 150.0
     settings.air_damping = 0.0
     cloth.collision_settings.collision_quality, cloth.collision_settings.distance_min = 2, 0.001
-    cloth.collision_settings.use_self_collision = False
+    cloth.collision_settings.use_collision, cloth.collision_settings.use_self_collision = not HANGING, False
     cloth.point_cache.frame_end = frames + 1
     frame = [1]
     scene.frame_set(1)
@@ -225,7 +234,7 @@ def measure(name, python, frames):
     if python is None or subprocess.run([python, "-c", f"import {MODULES[name]}"], capture_output=True).returncode:
         return None, f"skipped: the Python package {MODULES[name]} is not installed"
     with tempfile.TemporaryDirectory() as folder:  # some write logs where they run
-        command = [python, str(Path(__file__).resolve()), "--run", name, "--frames", str(frames)]
+        command = [python, str(Path(__file__).resolve()), "--run", name, "--frames", str(frames), *(["--hanging"] if HANGING else [])]
         done = subprocess.run(command, cwd=folder, capture_output=True, text=True)
     lines = done.stdout.strip().splitlines()
     if done.returncode or not lines or not lines[-1].startswith("["):
@@ -237,7 +246,11 @@ def measure(name, python, frames):
 def table(found, frames):
     """The section of the document."""
     processor = next((line.split(":")[1].strip() for line in open("/proc/cpuinfo") if line.startswith("model name")), platform.machine())
-    text = f"{processor}, {os.cpu_count()} cores, load {os.getloadavg()[0]:.1f} after. {frames} frames of 1/60 s each.\n\n"
+    text = f"{processor}, {os.cpu_count()} cores, load {os.getloadavg()[0]:.1f} after. {frames} frames of 1/{1 / FRAME:.0f} s each.\n\n"
+    if HANGING:
+        text += "| program | s a frame, median | worst | tip's height, m |\n|---|---|---|---|\n"
+        text += "".join(f"| {row['name']} | {row['seconds']:.2g} | {row['worst']:.2g} | {row['lowest']:.3f} |\n" for rows, _ in found.values() for row in rows or [])
+        return text + "".join(f"\n{name}: {trouble}\n" for name, (_, trouble) in found.items() if trouble)
     text += "| program | vertices | s a frame | worst | deepest, m | in the last quarter | tip's height, m | what it models |\n|---|---|---|---|---|---|---|---|\n"
     notes = []
     for name, (rows, trouble) in found.items():
@@ -252,11 +265,12 @@ def table(found, frames):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--docs", help="a document with a line <!-- end of contact_peers -->")
+    parser.add_argument("--docs", help="a document with a line <!-- end of contact_peers -->, or <!-- end of hanging -->")
     parser.add_argument("--only", nargs="+", choices=PEERS, default=list(PEERS))
     parser.add_argument("--frames", type=int, default=90)
     parser.add_argument("--python", default=sys.executable)
     parser.add_argument("--blender", default=str(ROOT / ".venv" / "blender" / "bin" / "python"))
+    parser.add_argument("--hanging", action="store_true", help="no ball, the full shell alone")
     parser.add_argument("--run", choices=PEERS, help="this one alone, in this process; prints JSON")
     options = parser.parse_args()
     if options.run:
@@ -271,7 +285,7 @@ def main():
     text = table(found, options.frames)
     print(text)
     if options.docs:
-        put_section(options.docs, "contact_peers", text)
+        put_section(options.docs, "hanging" if HANGING else "contact_peers", text)
     failed = [name for name, (_, trouble) in found.items() if trouble and trouble.startswith("failed")]
     print("bench-contact-peers: " + (f"FAILED: {', '.join(failed)}" if failed else "OK"))
     return 1 if failed else 0
