@@ -139,7 +139,7 @@ impl Solver {
             }
         }
         let followed = newton.follow_mixed(&potential, x, &mut stress, steps);
-        stress.truncate(shell.energy.n_elements());
+        stress.truncate(shell.energy.n_elements()); // without torques: handles may be others in the next frame
         newton.foreign = false; // others use it next
         followed?;
         free.align(&shell, &mut self.x, &first);

@@ -249,8 +249,7 @@ impl Newton {
 
     /// The first stress.
     pub(super) fn begin(&mut self, potential: &Potential, x: &[Vec3], stress: &mut Vec<f64>) {
-        foresee(potential, &mut self.parts, [x, x], stress);
-        stress.truncate(potential.shell.energy.n_elements());
+        foresee_strains(potential, &mut self.parts, [x, x], stress);
         potential.constraints.foresee_torques(x, None, stress);
         let membrane = &mut stress[..potential.shell.energy.n_membrane()];
         if self.foreign {
@@ -479,17 +478,20 @@ impl Newton {
     }
 }
 
-/// σ ← ε(x) + J (next − x).
+/// σ ← ε(x) + J (next − x), and after these the torques of orientations.
 fn foresee(potential: &Potential, parts: &mut Parts, [x, next]: [&[Vec3]; 2], stress: &mut Vec<f64>) {
+    foresee_strains(potential, parts, [x, next], stress);
+    potential.constraints.foresee_torques(x, Some(next), stress);
+}
+
+fn foresee_strains(potential: &Potential, parts: &mut Parts, [x, next]: [&[Vec3]; 2], stress: &mut Vec<f64>) {
     stress.clear();
     if parts.find_strains(potential.shell, x, Some(next)) {
         stress.resize(potential.shell.energy.n_elements(), 0.0);
-        parts.read_strains(stress);
-    } else {
-        potential.shell.energy.visit_strains(x, &mut |(vertices, row), strain| {
-            let change: f64 = vertices.iter().zip(row).map(|(&v, b)| b.dot(&(next[v as usize] - x[v as usize]))).sum();
-            stress.push(strain + change);
-        });
+        return parts.read_strains(stress);
     }
-    potential.constraints.foresee_torques(x, Some(next), stress);
+    potential.shell.energy.visit_strains(x, &mut |(vertices, row), strain| {
+        let change: f64 = vertices.iter().zip(row).map(|(&v, b)| b.dot(&(next[v as usize] - x[v as usize]))).sum();
+        stress.push(strain + change);
+    });
 }

@@ -148,8 +148,8 @@ impl Potential<'_> {
     pub fn assemble_mixed(&self, parts: &mut Parts, x: &[Vec3], stress: Stress, matrix: &mut BlockMatrix) {
         let others = if stress.share == 1.0 { Curvature::Exact } else { Curvature::Semidefinite };
         let (of, torques) = stress.of.split_at(self.shell.energy.n_elements());
-        let (stress, torques) =
-            (Stress { of, ..stress }, if torques.len() == self.constraints.n_torques() { torques } else { &[] });
+        let stress = Stress { of, ..stress };
+        let torques = if torques.len() == self.constraints.n_torques() { torques } else { &[] }; // a kept stress has none
         if parts.add_hessian(self, x, ElasticHessian::Mixed(stress), matrix) {
             return self.add_others(x, others, torques, matrix);
         }

@@ -5,14 +5,12 @@ import csv
 from math import log10
 from pathlib import Path
 
+from leaf_front import COLOURS, NAMES
+
 ROOT = Path(__file__).resolve().parents[2]
 TABLE, PICTURE = ROOT / "docs/evidence/fronts.csv", ROOT / "docs/pictures/fronts.svg"
-# Kinds of points by method and steps: label and colour.
-KINDS = {
-    "LinearModalAnalysis": ("linear modes", "#d1495b"), "Warp": ("warp", "#3b78d8"), "VirtualWorkWarp": ("warp by virtual work", "#6a9bd8"),
-    "RotationStrain": ("rotation–strain", "#e07b39"), "PolynomialShell": ("polynomial shell", "#1f9aa8"),
-    "ReducedShell": ("reduced shell", "#8d5bc2"), "steps": ("1, 2, 3 steps a frame", "#8f8f2f"), "ImplicitShell": ("full shell: no error", "#2f9e63"),
-}
+# Labels of points by method; those of frames with steps are "corrected".
+LABELS = NAMES | {"corrected": "1, 2, 3 steps a frame", "shell-implicit": "full shell: no error"}
 COLUMNS, WIDE, TALL = 2, 380, 250
 LEFT, RIGHT, TOP, BOTTOM = 64, 14, 26, 24
 TIMES, ERRORS = (0.8, 2e6), (2e-7, 1.5)   # microseconds, and shares of the displacement; what is less is drawn at the least
@@ -44,8 +42,9 @@ def grid():
 
 def panel(shell, rows):
     parts = [text(LEFT, 16, shell.replace("_", " "), 'font-weight="600" fill="#23272f"'), *grid()]
-    for kind, (_, colour) in KINDS.items():
-        of = [row for row in rows if (row["steps"] != "0" and kind == "steps") or (row["steps"] == "0" and row["method"] == kind)]
+    for kind in LABELS:
+        colour = COLOURS[kind]
+        of = [row for row in rows if kind == ("corrected" if row["steps"] != "0" else row["method"])]
         points = sorted((float(row["frame_us"]), float(row["error"])) for row in of)
         places = [(across(t), down(e)) for t, e in points]
         way = " ".join(f"{x:.1f},{y:.1f}" for x, y in places)
@@ -65,9 +64,9 @@ def main():
         parts.append(f'<g transform="translate({at % COLUMNS * WIDE} {at // COLUMNS * TALL})">')
         parts += panel(shell, [row for row in rows if row["shell"] == shell])
         parts.append("</g>")
-    for at, (label, colour) in enumerate(KINDS.values()):
+    for at, (kind, label) in enumerate(LABELS.items()):
         x, y = 20 + at % 4 * (wide / 4), lines * TALL + 20 + at // 4 * 20
-        parts += [f'<circle cx="{x:.1f}" cy="{y - 4:.1f}" r="4" fill="{colour}"/>', text(x + 10, y, label)]
+        parts += [f'<circle cx="{x:.1f}" cy="{y - 4:.1f}" r="4" fill="{COLOURS[kind]}"/>', text(x + 10, y, label)]
     parts.append(text(20, lines * TALL + 62, "Median error against the full shell, and the time of a frame: a step and all positions."))
     PICTURE.write_text(f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {wide} {tall}" width="{wide}" height="{tall}" '
                        'font-family="system-ui, DejaVu Sans, sans-serif" font-size="11" fill="#5c6370">'

@@ -79,7 +79,7 @@ fn gravity(scene: &Scene, cases: &[Case]) -> Option<Vec3> {
     Some(forces.iter().sum::<Vec3>() * (strength / scene.shell.total_mass))
 }
 
-/// Seconds of a frame: a step and all positions in single precision. Gravity grows over as many frames as are timed, and stays for as many more.
+/// Seconds of a frame: a step and all positions in single precision. Gravity grows over 24 frames, and stays for as many more.
 fn seconds(scene: &Scene, way: &Way, gravity: Vec3) -> f64 {
     let mut state = State::new(way.model.clone(), way.method, Integrator::Exact).unwrap();
     state.set_damping(&Damping { mass_coefficient: 3.0, ..Damping::default() }).unwrap();
@@ -126,7 +126,8 @@ fn point(scene: &Scene, way: &Way, cases: &[Case], gravity: Vec3) -> Point {
     let runs = if full || way.steps > 0 { 1 } else { RUNS };
     let frame = (0..runs).map(|_| seconds(scene, way, gravity)).fold(f64::INFINITY, f64::min);
     let modes = way.model.modal.n_modes();
-    let name = format!("{:?},{modes},{},{}", way.method, way.fields, way.steps);
+    let method = way.method.entry().name.to_str().unwrap();
+    let name = format!("{method},{modes},{},{}", way.fields, way.steps);
     Point {
         way: name,
         loads: cases.len(),

@@ -11,6 +11,12 @@ pub const GRAVITY: Vec3 = Vec3::new(0.0, -981.0, 0.0);
 /// The dance begins in this time, s.
 const RISE: f64 = 1.5;
 
+/// The share of a motion that has begun, as in scenes: 0 to 1, with two derivatives that are zero at both ends.
+pub fn begun(time: f64) -> f64 {
+    let x = (time / RISE).clamp(0.0, 1.0);
+    x.powi(3) * (10.0 + x * (6.0 * x - 15.0))
+}
+
 /// Axis, amplitude (cm or degrees), frequency in Hz, phase in degrees.
 type Wave = (usize, f64, f64, f64);
 
@@ -58,10 +64,9 @@ static SHIN: Bone =
     bone(&THIGH, [10.2, 48.0, -4.4], &[(0, 24.0, 0.0, 90.0), (0, -12.0, 1.6, 0.0), (0, 12.0, 0.8, 0.0)]);
 
 fn sum(waves: &[Wave], time: f64) -> Vec3 {
-    let x = (time / RISE).clamp(0.0, 1.0);
-    let rise = x.powi(3) * (10.0 + x * (6.0 * x - 15.0));
+    let begun = begun(time);
     let of = |&(axis, amplitude, frequency, phase): &Wave| {
-        Vec3::ith(axis, rise * amplitude * (TAU * frequency * time + f64::to_radians(phase)).sin())
+        Vec3::ith(axis, begun * amplitude * (TAU * frequency * time + f64::to_radians(phase)).sin())
     };
     waves.iter().map(of).fold(Vec3::zeros(), |sum, x| sum + x)
 }

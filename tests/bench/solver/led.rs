@@ -14,7 +14,7 @@ const KEYS: [([f64; 3], [f64; 3]); 4] = [
     ([-0.1, -0.1, 0.1], [0.0, 0.4, -0.6]),
     ([0.0, 0.05, -0.15], [-0.7, 0.0, 0.2]),
 ];
-/// Of a soft constraint, what it gives over what its vertex would give to the shell's weight.
+/// Of a soft constraint, its compliance over size²/k_bend: length per force, and the same number in rad per torque.
 const SOFT: f64 = 0.1;
 
 /// The free vertex furthest from the supports.
@@ -51,7 +51,7 @@ pub fn table(only: &[String]) -> String {
     for scene in judging::all().iter().filter(|scene| wanted(only, scene.key)) {
         let (shell, mut tally, mut pair) = (&scene.shell, Tally::default(), Pair::new(scene.shell.clone()));
         let bend = shell.material.discrete_shells().unwrap().k_bend;
-        // A weight that bends the shell by about a tenth of its size, and what a vertex gives where the shell gives as much.
+        // A weight that bends the shell by about a tenth of its size.
         let (weight, soft) = (bend / (shell.mesh.size * shell.total_mass), SOFT * shell.mesh.size.powi(2) / bend);
         for parts in [[true, false], [false, true], [true, true]] {
             for (compliance, weight) in [(0.0, 0.0), (soft, 0.0), (0.0, weight)] {

@@ -25,7 +25,7 @@ pub struct Tally {
 pub struct Elsewhere {
     pub load: String,
     pub apart: f64,
-    /// The potential of each, and the most of either that strains and loads make of it.
+    /// The potential of each.
     pub potential: [f64; 2],
 }
 

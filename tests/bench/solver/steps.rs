@@ -62,8 +62,8 @@ impl Swing {
     }
 }
 
-/// What acts on a shell in a frame, and what leads it.
-pub enum Moved {
+/// A shell, and how it is moved.
+enum Moved {
     /// Falls from rest under gravity that is not along its axes.
     Falls(Shell),
     /// Stands on ground that shakes.
@@ -72,7 +72,8 @@ pub enum Moved {
 }
 
 impl Moved {
-    pub fn shell(self) -> (Arc<Shell>, impl Fn(usize) -> (Vec3, Vec<Constraint>)) {
+    /// The shell, and for each frame the acceleration that acts on it and what leads it.
+    fn begin(self) -> (Arc<Shell>, impl Fn(usize) -> (Vec3, Vec<Constraint>)) {
         let (shell, worn, shaken) = match self {
             Self::Falls(shell) => (Arc::new(shell), None, false),
             Self::Shaken(shell) => (Arc::new(shell), None, true),
@@ -90,17 +91,15 @@ impl Moved {
 /// The acceleration of the ground of tests/scenes/dinosaur.toml, but for its turns, by differences over a frame.
 fn ground(time: f64) -> Vec3 {
     let place = |t: f64| {
-        let x = (t / 1.5).clamp(0.0, 1.0);
-        let rise = x.powi(3) * (10.0 + x * (6.0 * x - 15.0));
         let along = 3.0 * (TAU * 0.62 * t).sin() + (TAU * 1.37 * t + 40f64.to_radians()).sin();
-        rise * Vec3::new(along, 0.0, 2.5 * (TAU * 0.81 * t).sin())
+        character::begun(t) * Vec3::new(along, 0.0, 2.5 * (TAU * 0.81 * t).sin())
     };
     (place(time + FRAME) - 2.0 * place(time) + place(time - FRAME)) / FRAME.powi(2)
 }
 
 /// Runs so many steps in each of these ways. They take turns, so that other work on the machine slows all.
 fn swings<const N: usize>(moved: Moved, frames: usize, ways: [Way; N]) -> (Arc<Shell>, [Swing; N]) {
-    let (shell, frame) = moved.shell();
+    let (shell, frame) = moved.begin();
     let mut swings = ways.map(|way| Swing::new(&shell, way));
     for k in 0..frames {
         let (gravity, joints) = frame(k);
