@@ -7,7 +7,7 @@ use shellwarp::constraint::{Constraint, Target};
 use shellwarp::material::ElasticSheet;
 use shellwarp::model::{Model, Options};
 use shellwarp::reference::{Rayleigh, Solver};
-use shellwarp::sparse::BlockMatrix;
+use shellwarp::sparse::{BlockMatrix, Symbolic};
 use shellwarp::state::{Method, State};
 use shellwarp::step::Integrator;
 use shellwarp::threads::{Tasks, for_each, for_each_long, set_threads, share};
@@ -203,9 +203,9 @@ fn led(shell: &Arc<Shell>) -> Vec<u8> {
     state.save()
 }
 
-/// K + M/h² at rest, and that less so much of M that it is not positive definite.
-fn matrices(shell: &Shell) -> [BlockMatrix; 2] {
-    [900.0, -1e6].map(|shift| {
+/// K + M/h² at rest, that less so much of M that it is not positive definite, and that with as much more that single precision does.
+fn matrices(shell: &Shell) -> [BlockMatrix; 3] {
+    [900.0, -1e6, 1e6].map(|shift| {
         let mut matrix = shell.matrix(&[]);
         let add = &mut |(vertices, row): (&[u32], &[Vec3])| {
             matrix.add_element(vertices, |p, q| row[p] * row[q].transpose());
@@ -219,7 +219,7 @@ fn matrices(shell: &Shell) -> [BlockMatrix; 2] {
 
 /// Bits of x = A⁻¹b by a factor, which is that of A: ‖Ax − b‖ is rounding, by a product that knows nothing of the factor.
 fn solved(shell: &Shell) -> Vec<u64> {
-    let [matrix, indefinite] = matrices(shell);
+    let [matrix, indefinite, heavy] = matrices(shell);
     let symbolic = shell.analysis(matrix.lower.symbolic()).unwrap();
     assert!(symbolic.bytes() > 0, "its factor is one of those that are shared");
     assert!(symbolic.cholesky(&indefinite.lower).unwrap().is_none());
@@ -228,7 +228,7 @@ fn solved(shell: &Shell) -> Vec<u64> {
     let b: Vec<f64> = (0..n).map(|i| libm::sin(1.7 * i as f64)).collect();
     let (mut x, mut product) = (b.clone(), vec![0.0; n]);
     factor.solve_in_place(faer::MatMut::from_column_major_slice_mut(&mut x, n, 1)).unwrap();
-    matrix.times(&x, &mut product);
+    matrix.times(&x, &mut product, &mut vec![]);
     let norm = |v: &mut dyn Iterator<Item = f64>| v.map(|v| v * v).sum::<f64>().sqrt();
     let largest = matrix.lower.val().iter().fold(0.0, |m: f64, v| m.max(v.abs()));
     let off = norm(&mut product.iter().zip(&b).map(|(a, b)| a - b));
@@ -236,11 +236,29 @@ fn solved(shell: &Shell) -> Vec<u64> {
     let rounding = 100.0 * f64::EPSILON * largest * norm(&mut x.iter().copied());
     assert!(off <= rounding && rounding < 1e-2 * norm(&mut b.iter().copied()), "{off:e} of {rounding:e}");
     // Columns at once are solved by the same factor in another order.
-    let mut twice = [b.clone(), b].concat();
+    let mut twice = [b.clone(), b.clone()].concat();
     factor.solve_in_place(faer::MatMut::from_column_major_slice_mut(&mut twice, n, 2)).unwrap();
     let apart = norm(&mut twice[n..].iter().zip(&x).map(|(a, b)| a - b));
     assert!(apart <= 1e-6 * norm(&mut x.iter().copied()), "{apart:e}"); // rounding times the condition, up to 1e8 here
-    x.iter().map(|x| x.to_bits()).collect()
+    let by_single = solved_in_single(&symbolic, [&heavy, &indefinite], &b);
+    x.iter().chain(&by_single).map(|x| x.to_bits()).collect()
+}
+
+/// A⁻¹b by a factor in single precision, which there is none of the other matrix.
+fn solved_in_single(symbolic: &Symbolic, [matrix, indefinite]: [&BlockMatrix; 2], b: &[f64]) -> Vec<f64> {
+    let mut factor = symbolic.single_factor().unwrap();
+    assert!(!symbolic.refactorize_single(&indefinite.lower, &mut factor).unwrap());
+    assert!(symbolic.refactorize_single(&matrix.lower, &mut factor).unwrap());
+    let (n, mut room) = (b.len(), symbolic.solving_room(1).unwrap());
+    let [mut x, mut exact] = [b.to_vec(), b.to_vec()];
+    let column = faer::MatMut::from_column_major_slice_mut(&mut x, n, 1);
+    symbolic.solve_single_in_room(&factor, column, &mut room);
+    let double = symbolic.cholesky(&matrix.lower).unwrap().unwrap();
+    double.solve_in_place(faer::MatMut::from_column_major_slice_mut(&mut exact, n, 1)).unwrap();
+    let norm = |v: &mut dyn Iterator<Item = f64>| v.map(|v| v * v).sum::<f64>().sqrt();
+    let apart = norm(&mut x.iter().zip(&exact).map(|(a, b)| a - b)) / norm(&mut exact.iter().copied());
+    assert!(apart < 1e-2, "{apart:e}"); // 6e-8 times a condition of some 1e4; a wrong entry would leave parts of 1
+    x
 }
 
 /// One state's work is shared to the same bits: alone, beside others that share, and inside work on many.

@@ -158,19 +158,20 @@ impl Newton {
         watch: &mut dyn FnMut(f64) -> Result<()>,
     ) -> Result<Option<Convergence>> {
         self.made_at = None;
+        self.single.failed = false;
         self.foreseen.clear();
         let mut stress = std::mem::take(&mut self.stress);
         let mut from = potential.value(x).0;
-        self.lowest.copy_from_slice(x);
+        self.pass_first(x, from);
         if self.coasting {
             let still = potential.value(potential.origin).0;
             if from.is_nan() || from > still {
                 from = still;
-                self.lowest.copy_from_slice(potential.origin);
+                self.pass_first(potential.origin, from);
             }
             self.choose_start(potential, x, &mut stress);
         }
-        let found = self.mixed_steps(potential, x, (stop, unstable), (from, &mut stress), watch);
+        let found = self.mixed_steps(potential, x, (stop, unstable), &mut stress, watch);
         self.stress = stress;
         if let Ok(Some(end)) = found {
             let (value, magnitude) = potential.value(x);
@@ -178,7 +179,7 @@ impl Newton {
                 return Ok(Some(end));
             }
         }
-        x.copy_from_slice(&self.lowest);
+        x.copy_from_slice(self.lowest_passed(potential));
         found.map(|_| None)
     }
 
@@ -187,7 +188,7 @@ impl Newton {
         potential: &Potential,
         x: &mut [Vec3],
         (stop, unstable): (Stop, Unstable),
-        (mut lowest, stress): (f64, &mut Vec<f64>),
+        stress: &mut Vec<f64>,
         watch: &mut dyn FnMut(f64) -> Result<()>,
     ) -> Result<Option<Convergence>> {
         let shell = potential.shell;
@@ -212,11 +213,7 @@ impl Newton {
             if iterations == 0 {
                 self.begin(potential, x, stress);
             } else if unstable == Unstable::Shift {
-                let value = potential.value(x).0;
-                if value < lowest {
-                    lowest = value;
-                    self.lowest.copy_from_slice(x);
-                }
+                self.pass(potential, x);
             }
             let enough = self.enough(potential, stop, [force, last]);
             let near = !(kept && force > SLOW * last) && self.is_factor_near(potential, force, stop);
@@ -419,7 +416,7 @@ impl Newton {
             if all && near && self.solve_by_factor(potential, enough, PRODUCTS)? {
                 return Ok(true);
             }
-            if self.solve(potential)?.is_some() {
+            if self.solve_by_single(potential, enough)? || self.solve(potential)?.is_some() {
                 self.made_at = all.then_some(force);
                 if tried.is_some() {
                     shift.wait = PATIENCE + 1;
@@ -457,7 +454,7 @@ impl Newton {
             if shift.tau == 0.0 && near && self.solve_by_factor(potential, enough, PRODUCTS)? {
                 return Ok(true);
             }
-            if self.solve(potential)?.is_some() {
+            if self.solve_by_single(potential, enough)? || self.solve(potential)?.is_some() {
                 self.made_at = (shift.tau == 0.0).then_some(force);
                 return Ok(true);
             }

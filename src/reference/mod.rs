@@ -121,7 +121,8 @@ impl Solver {
         self.newton.set_mixed(mixed);
     }
 
-    /// Whether directions near a search's end may be found by the factor of an earlier tangent, as they are unless told otherwise.
+    /// Whether conjugate gradients may find directions by the factor of an earlier tangent near a search's end, and by factors in single precision
+    /// in steps in time, as they do unless told otherwise.
     pub fn set_reusing(&mut self, reusing: bool) {
         self.newton.reusing = reusing;
     }

@@ -10,6 +10,8 @@
 
 mod ahead;
 mod conjugate;
+mod lowest;
+mod single;
 mod stability;
 
 use super::free_norm;
@@ -24,7 +26,8 @@ use crate::sparse::{BlockMatrix, Factor, Symbolic};
 use crate::{Error, ErrorKind, Result, Shell, Vec3};
 pub use ahead::{Ahead, AtRest, LEAP};
 use conjugate::Conjugate;
-use faer::MatMut;
+use lowest::Lowest;
+use single::Single;
 use std::sync::Arc;
 
 /// Sufficient decrease of Φ, as a share of the slope's promise (Armijo).
@@ -79,6 +82,7 @@ pub struct Newton {
     pub(super) matrix: BlockMatrix,
     symbolic: Arc<Symbolic>,
     factor: Factor,
+    pub(super) single: Single,
     /// ∇Φ (n_vertices).
     pub(super) gradient: Vec<Vec3>,
     /// Δ = −H⁻¹∇Φ (n_unknowns).
@@ -92,9 +96,9 @@ pub struct Newton {
     /// Whether the last direction is of the exact Hessian.
     exact: bool,
     mark: Mark,
-    /// The stress that the last step foresaw (n_elements), and where Φ was lowest (n_vertices).
+    /// The stress that the last step foresaw (n_elements).
     pub(super) stress: Vec<f64>,
-    pub(super) lowest: Vec<Vec3>,
+    lowest: Lowest,
     /// Whether steps with the stress as an unknown come first.
     mixed: bool,
     /// Factorizations so far.
@@ -143,7 +147,12 @@ impl Newton {
         let fields = (self.gradient.len() + self.trial.len() + self.lowest.len() + self.foreseen.len())
             * size_of::<Vec3>()
             + (self.direction.len() + self.conjugate.len()) * size_of::<f64>();
-        entries + fields + self.symbolic.factor_bytes() + self.symbolic.bytes() + self.parts.bytes()
+        entries
+            + fields
+            + self.symbolic.factor_bytes()
+            + self.single.bytes(&self.symbolic)
+            + self.symbolic.bytes()
+            + self.parts.bytes()
     }
 
     /// Another with the settings of this one.
@@ -177,7 +186,7 @@ impl Newton {
             ventures: 0,
             reach: 1.0,
         };
-        let (gradient, trial, lowest) = (zeros.clone(), zeros.clone(), zeros);
+        let (gradient, trial, lowest) = (zeros.clone(), zeros, Lowest::default());
         let mut floats = vec![true; shell.mesh.n_components];
         let held = (0..shell.held.len()).filter(|&v| shell.held[v] && shell.mesh.component[v] != NONE);
         let rollers = shell.rollers.iter().map(|roller| roller.vertex as usize);
@@ -188,6 +197,7 @@ impl Newton {
             matrix,
             symbolic,
             factor,
+            single: Single::default(),
             gradient,
             direction,
             trial,
@@ -365,6 +375,7 @@ impl Newton {
         self.spend()?;
         self.factorizations += 1;
         self.made_at = None;
+        self.single.at_hand = false;
         if !self.symbolic.refactorize(&self.matrix.lower, &mut self.factor)? {
             return Ok(None);
         }
@@ -378,8 +389,8 @@ impl Newton {
         for (i, v) in potential.free().enumerate() {
             self.direction[3 * i..3 * i + 3].copy_from_slice((-self.gradient[v]).as_slice());
         }
-        let n = self.direction.len();
-        self.symbolic.solve_in_place(&self.factor, MatMut::from_column_major_slice_mut(&mut self.direction, n, 1))?;
+        let mut room = self.symbolic.solving_room(1)?;
+        self.precondition(&mut room);
         self.balance_momenta(potential);
         Ok(())
     }

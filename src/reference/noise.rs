@@ -18,6 +18,8 @@ const SUM: f64 = 1e-13;
 pub struct Noise {
     /// Of ∇Φ at each free vertex: ten times δ ‖D‖ there. Empty before H is known.
     floor: Vec<f64>,
+    /// Of D.
+    pub trace: f64,
     /// In Φ, over √Φ: an element of stiffness k and energy e pulls with √(2ke), and Σ √(2ke) δ ≤ δ √(2 trace H Φ).
     root_value: f64,
 }
@@ -29,13 +31,13 @@ impl Noise {
         let delta = f64::EPSILON * furthest;
         self.floor.clear();
         self.floor.resize(potential.shell.free.len(), 0.0);
-        let mut trace = 0.0;
+        self.trace = 0.0;
         for (k, d) in matrix.diagonal().enumerate() {
-            trace += d.abs();
+            self.trace += d.abs();
             self.floor[k / 3] += d * d;
         }
         self.floor.iter_mut().for_each(|squares| *squares = WITHIN * delta * squares.sqrt());
-        self.root_value = delta * f64::sqrt(2.0 * trace);
+        self.root_value = delta * f64::sqrt(2.0 * self.trace);
     }
 
     /// Forgets H.

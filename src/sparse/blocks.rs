@@ -11,13 +11,13 @@ use std::borrow::Borrow;
 pub type VisitElements<'a> = dyn FnMut(&mut dyn FnMut(&[u32])) + 'a;
 
 /// For each free vertex, the free vertices not before it that share an element with it; the first is itself.
-struct BlockPattern {
+pub(super) struct BlockPattern {
     start: Vec<usize>,
     rows: Vec<u32>,
 }
 
 impl BlockPattern {
-    fn column(&self, j: usize) -> &[u32] {
+    pub(super) fn column(&self, j: usize) -> &[u32] {
         &self.rows[self.start[j]..self.start[j + 1]]
     }
 
@@ -76,7 +76,7 @@ fn place_of(i: u32, column: &[u32]) -> usize {
 pub struct BlockMatrix {
     /// Lower triangle, columns sorted (n_unknowns × n_unknowns).
     pub lower: SparseColMat<usize, f64>,
-    pattern: BlockPattern,
+    pub(super) pattern: BlockPattern,
     /// Free index of each vertex, [`NONE`] for one that does not move (n_vertices).
     index: Vec<u32>,
     /// What is held of free vertices, and the mean diagonal entry of the rest stiffness there.
@@ -174,34 +174,6 @@ impl BlockMatrix {
     pub fn diagonal(&self) -> impl Iterator<Item = f64> + '_ {
         let first = &self.lower.symbolic().col_ptr()[..self.lower.ncols()];
         first.iter().map(|&k| self.lower.val()[k])
-    }
-
-    /// `product` ← the matrix times `x` (n_unknowns).
-    pub fn times(&self, x: &[f64], product: &mut [f64]) {
-        let (starts, values) = (self.lower.symbolic().col_ptr(), self.lower.val());
-        product.fill(0.0);
-        for j in 0..x.len() / 3 {
-            let first = 3 * j;
-            // Each column begins with its diagonal entry.
-            let [a, b, c] = [0, 1, 2].map(|k| &values[starts[first + k]..starts[first + k + 1]]);
-            let own = [x[first], x[first + 1], x[first + 2]];
-            let mut sums =
-                [a[0] * own[0] + a[1] * own[1] + a[2] * own[2], b[0] * own[1] + b[1] * own[2], c[0] * own[2]];
-            product[first + 1] += a[1] * own[0];
-            product[first + 2] = product[first + 2] + a[2] * own[0] + b[1] * own[1];
-            let blocks = a[3..].chunks_exact(3).zip(b[2..].chunks_exact(3)).zip(c[1..].chunks_exact(3));
-            for (&i, ((a, b), c)) in self.pattern.column(j)[1..].iter().zip(blocks) {
-                let at = 3 * i as usize;
-                let (other, product) = (&x[at..at + 3], &mut product[at..at + 3]);
-                for r in 0..3 {
-                    product[r] = product[r] + a[r] * own[0] + b[r] * own[1] + c[r] * own[2];
-                    sums[0] += a[r] * other[r];
-                    sums[1] += b[r] * other[r];
-                    sums[2] += c[r] * other[r];
-                }
-            }
-            (0..3).for_each(|k| product[first + k] += sums[k]);
-        }
     }
 
     /// Fails with the first entry that is not finite.

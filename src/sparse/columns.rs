@@ -1,113 +1,222 @@
-//! Solutions of one right side by a panel of a factor, a column of it at a time.
+//! Solutions of one right side by a panel of a factor, some columns of it at a time.
+//!
+//! A large factor is read from memory. That is fastest in its order, while several columns at a time are as many streams: so lines are asked for
+//! in order before columns are worked on.
 
 use super::panels::Panel;
+use faer::traits::RealField;
 use pulp::{Simd, WithSimd};
+use std::array::from_fn;
+use std::hint::black_box;
 
-/// Numbers that are summed side by side.
-const SIDE_BY_SIDE: usize = 16;
-/// Columns whose multiples are summed together.
-const TOGETHER: usize = 4;
+/// A factor's entry: a double, or a single to precondition with. Sums of solutions are doubles.
+pub trait Scalar: RealField + Copy + Default + Send + Sync {
+    /// The nearest to a double.
+    fn of(value: f64) -> Self;
+    /// As a double.
+    fn double(self) -> f64;
+}
+
+impl Scalar for f64 {
+    #[inline(always)]
+    fn of(value: f64) -> Self {
+        value
+    }
+
+    #[inline(always)]
+    fn double(self) -> f64 {
+        self
+    }
+}
+
+impl Scalar for f32 {
+    #[inline(always)]
+    fn of(value: f64) -> Self {
+        value as f32
+    }
+
+    #[inline(always)]
+    fn double(self) -> f64 {
+        f64::from(self)
+    }
+}
+
+/// Columns at a time, and those of what is left of a panel.
+const TOGETHER: usize = 8;
+const SOME: usize = 4;
+
+/// Columns that are asked for at once where they are worked on from the last one back.
+const STRIP: usize = 32;
+
+/// Bytes of a line of the cache.
+const LINE: usize = 64;
+
+/// Doubles that a processor adds at once, at most.
+const LANES: usize = 8;
 
 /// The rows of L's columns in a panel, from its own first one on.
 #[derive(Clone, Copy)]
-pub struct Lower<'a> {
-    values: &'a [f64],
+pub struct Lower<'a, T> {
+    values: &'a [T],
     rows: usize,
     inside: usize,
     width: usize,
 }
 
-impl<'a> Lower<'a> {
+impl<'a, T: Scalar> Lower<'a, T> {
     /// Of a panel among a factor's values.
-    pub fn of(panel: &Panel, values: &'a [f64]) -> Self {
+    pub fn of(panel: &Panel, values: &'a [T]) -> Self {
         let values = &values[panel.values..panel.values + panel.rows * panel.width];
         Self { values, rows: panel.rows, inside: panel.inside, width: panel.width }
     }
 
+    /// So many columns from j on, each from row j on.
     #[inline(always)]
-    fn column(&self, j: usize) -> &'a [f64] {
-        &self.values[j * self.rows + self.inside..(j + 1) * self.rows]
+    fn columns<const N: usize>(&self, j: usize) -> [&'a [T]; N] {
+        from_fn(|k| &self.values[(j + k) * self.rows + self.inside + j..(j + k + 1) * self.rows])
+    }
+
+    /// Brings columns into the cache.
+    #[inline(always)]
+    fn fetch(&self, first: usize, end: usize) {
+        for line in self.values[first * self.rows..end * self.rows].chunks(LINE / size_of::<T>()) {
+            black_box(line[0]);
+        }
     }
 }
 
-/// x ← L⁻¹x in the panel, and what its columns times x are below it.
-pub struct SolveUp<'a> {
-    pub lower: Lower<'a>,
-    pub x: &'a mut [f64],
-    pub product: &'a mut [f64],
+/// x ← L⁻¹x in the panel. Rows are its own, then sums below, from which its columns times x are taken.
+pub struct SolveUp<'a, T> {
+    pub lower: Lower<'a, T>,
+    pub rows: &'a mut [f64],
 }
 
-impl WithSimd for SolveUp<'_> {
+impl<T: Scalar> WithSimd for SolveUp<'_, T> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        let Self { lower, x, product } = self;
-        let width = lower.width;
-        for j in 0..width {
-            let column = lower.column(j);
-            let own = x[j] / column[j];
-            x[j] = own;
-            for (x, l) in x[j + 1..].iter_mut().zip(&column[j + 1..width]) {
-                *x -= own * l;
-            }
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { lower, rows } = self;
+        let (width, mut j) = (lower.width, 0);
+        while width - j >= TOGETHER {
+            lower.fetch(j, j + TOGETHER);
+            up(simd, lower.columns::<TOGETHER>(j), &mut rows[j..]);
+            j += TOGETHER;
         }
-        let below = product.len();
-        product.fill(0.0);
-        let some = width / TOGETHER * TOGETHER;
-        for j in (0..some).step_by(TOGETHER) {
-            let (a, b) = (&lower.column(j)[width..][..below], &lower.column(j + 1)[width..][..below]);
-            let (c, d) = (&lower.column(j + 2)[width..][..below], &lower.column(j + 3)[width..][..below]);
-            for i in 0..below {
-                product[i] += (a[i] * x[j] + b[i] * x[j + 1]) + (c[i] * x[j + 2] + d[i] * x[j + 3]);
-            }
+        if width - j >= SOME {
+            up(simd, lower.columns::<SOME>(j), &mut rows[j..]);
+            j += SOME;
         }
-        for j in some..width {
-            let own = x[j];
-            for (sum, l) in product.iter_mut().zip(&lower.column(j)[width..]) {
-                *sum += own * l;
-            }
+        while j < width {
+            up(simd, lower.columns::<1>(j), &mut rows[j..]);
+            j += 1;
         }
     }
 }
 
-/// x ← L⁻ᵀx in the panel, with what is known below it.
-pub struct SolveDown<'a> {
-    pub lower: Lower<'a>,
-    pub x: &'a mut [f64],
-    pub below: &'a [f64],
+/// x ← L⁻ᵀx in the panel. Rows are its own, then those below, which are known.
+pub struct SolveDown<'a, T> {
+    pub lower: Lower<'a, T>,
+    pub rows: &'a mut [f64],
 }
 
-impl WithSimd for SolveDown<'_> {
+impl<T: Scalar> WithSimd for SolveDown<'_, T> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        let Self { lower, x, below } = self;
-        let width = lower.width;
-        for j in (0..width).rev() {
-            let column = lower.column(j);
-            let sum = dot(&column[width..], below) + dot(&column[j + 1..width], &x[j + 1..]);
-            x[j] = (x[j] - sum) / column[j];
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { lower, rows } = self;
+        let mut j = lower.width;
+        while j > 0 {
+            let first = (j - 1) / STRIP * STRIP;
+            lower.fetch(first, j);
+            while j % SOME > 0 {
+                j -= 1;
+                down(simd, lower.columns::<1>(j), &mut rows[j..]);
+            }
+            if j % TOGETHER > 0 {
+                j -= SOME;
+                down(simd, lower.columns::<SOME>(j), &mut rows[j..]);
+            }
+            while j > first {
+                j -= TOGETHER;
+                down(simd, lower.columns::<TOGETHER>(j), &mut rows[j..]);
+            }
         }
     }
 }
 
+/// Entries as doubles, as many as are added at once.
 #[inline(always)]
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let mut sums = [0.0; SIDE_BY_SIDE];
-    let ((a, last), (b, of_last)) = (a.as_chunks::<SIDE_BY_SIDE>(), b.as_chunks::<SIDE_BY_SIDE>());
-    for (a, b) in a.iter().zip(b) {
-        for k in 0..SIDE_BY_SIDE {
-            sums[k] += a[k] * b[k];
+fn load<T: Scalar, S: Simd>(_: S, values: &[T]) -> S::f64s {
+    let mut wide = [0.0; LANES];
+    let wide = &mut wide[..S::F64_LANES];
+    wide.iter_mut().zip(values).for_each(|(wide, value)| *wide = value.double());
+    S::as_simd_f64s(wide).0[0]
+}
+
+/// Solves for the first rows, and takes these columns times them from the others.
+#[inline(always)]
+fn up<const N: usize, T: Scalar, S: Simd>(simd: S, columns: [&[T]; N], rows: &mut [f64]) {
+    let (own, others) = rows.split_at_mut(N);
+    let inverse = inverses(&columns);
+    let mut x: [f64; N] = from_fn(|k| own[k]);
+    for k in 0..N {
+        x[k] *= inverse[k];
+        for i in k + 1..N {
+            x[i] -= columns[k][i].double() * x[k];
         }
     }
-    let mut sum = 0.0;
-    for (a, b) in last.iter().zip(of_last) {
-        sum += a * b;
+    own.copy_from_slice(&x);
+    let minus = x.map(|x| simd.splat_f64s(-x));
+    let below = columns.map(|column| &column[N..][..others.len()]);
+    let (sums, rest) = S::as_mut_simd_f64s(others);
+    let summed = sums.len() * S::F64_LANES;
+    for (i, sum) in sums.iter_mut().enumerate() {
+        let at = i * S::F64_LANES;
+        for k in 0..N {
+            *sum = simd.mul_add_e_f64s(load(simd, &below[k][at..at + S::F64_LANES]), minus[k], *sum);
+        }
     }
-    for own in sums {
-        sum += own;
+    for (i, sum) in rest.iter_mut().enumerate() {
+        for k in 0..N {
+            *sum -= below[k][summed + i].double() * x[k];
+        }
     }
-    sum
+}
+
+/// Solves for the first rows with what is known of the others.
+#[inline(always)]
+fn down<const N: usize, T: Scalar, S: Simd>(simd: S, columns: [&[T]; N], rows: &mut [f64]) {
+    let (own, others) = rows.split_at_mut(N);
+    let below = columns.map(|column| &column[N..][..others.len()]);
+    let (known, rest) = S::as_simd_f64s(others);
+    let summed = known.len() * S::F64_LANES;
+    let mut sums = [simd.splat_f64s(0.0); N];
+    for (i, known) in known.iter().enumerate() {
+        let at = i * S::F64_LANES;
+        for k in 0..N {
+            sums[k] = simd.mul_add_e_f64s(load(simd, &below[k][at..at + S::F64_LANES]), *known, sums[k]);
+        }
+    }
+    let mut x: [f64; N] = from_fn(|k| own[k] - simd.reduce_sum_f64s(sums[k]));
+    for (i, known) in rest.iter().enumerate() {
+        for k in 0..N {
+            x[k] -= below[k][summed + i].double() * known;
+        }
+    }
+    let inverse = inverses(&columns);
+    for k in (0..N).rev() {
+        x[k] *= inverse[k];
+        for i in 0..k {
+            x[i] -= columns[i][k].double() * x[k];
+        }
+    }
+    own.copy_from_slice(&x);
+}
+
+/// Of the diagonal.
+#[inline(always)]
+fn inverses<const N: usize, T: Scalar>(columns: &[&[T]; N]) -> [f64; N] {
+    from_fn(|k| 1.0 / columns[k][k].double())
 }

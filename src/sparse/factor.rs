@@ -1,6 +1,7 @@
 //! Sparse factorizations over one symbolic analysis: Cholesky to solve with, LBLᵀ to count negative eigenvalues with.
 
-use super::branches::{Branches, SumRoom};
+use super::branches::Branches;
+use super::columns::Scalar;
 use super::ordering::{minimum_degree, nested_dissection};
 use super::panels::Panels;
 use crate::{Error, ErrorKind, Result, Vec3};
@@ -152,6 +153,19 @@ impl Symbolic {
         Ok(self.inner.factorize_numeric_llt(values, lower.rb(), side, none, PAR, stack, Default::default()).is_ok())
     }
 
+    /// Room for a factor in single precision, to precondition with; none where there is no memory for it, or of a small one, which gains little.
+    pub fn single_factor(&self) -> Option<Factor<f32>> {
+        self.panels.as_ref()?;
+        let values = crate::error::try_zeroed("a factor of the stiffness", self.inner.len_val());
+        Some(Factor { values: values.ok()? })
+    }
+
+    /// As [`Symbolic::refactorize`] in single precision; the answer is no, too, where A is not positive definite to its digits.
+    pub fn refactorize_single(&self, lower: &SparseColMat<usize, f64>, factor: &mut Factor<f32>) -> Result<bool> {
+        let Some(branches) = self.branches() else { return Ok(false) };
+        branches.factorize(lower.val(), &mut factor.values, self.operations())
+    }
+
     /// X ← A⁻¹X for all columns at once, with A's factor.
     pub fn solve_in_place(&self, factor: &Factor, x: MatMut<'_, f64>) -> Result<()> {
         let mut room = self.solving_room(x.ncols())?;
@@ -162,26 +176,31 @@ impl Symbolic {
     /// Room for solutions of so many columns.
     pub fn solving_room(&self, columns: usize) -> Result<SolvingRoom> {
         if let Some(branches) = self.branches().filter(|_| columns == 1) {
-            let x = crate::error::try_zeroed("a triangular solve", self.inner.nrows())?;
-            return Ok(SolvingRoom::Branched(x, branches.sum_room()?));
+            return Ok(SolvingRoom::Branched(branches.solving_room()?));
         }
         let scratch = self.inner.solve_in_place_scratch::<f64>(columns, PAR);
         MemBuffer::try_new(scratch).map(SolvingRoom::Whole).map_err(|_| out_of_memory("triangular solve"))
     }
 
     /// As [`Symbolic::solve_in_place`], without allocating where the factor is small.
-    pub fn solve_in_room(&self, factor: &Factor, mut x: MatMut<'_, f64>, room: &mut SolvingRoom) {
-        match (room, self.branches(), self.inner.perm()) {
-            (SolvingRoom::Branched(permuted, sums), Some(branches), Some(order)) => {
-                let forward = order.arrays().0;
-                permuted.iter_mut().zip(forward).for_each(|(x_k, i)| *x_k = x[(*i, 0)]);
-                branches.solve(&factor.values, permuted, sums);
-                permuted.iter().zip(forward).for_each(|(x_k, i)| x[(*i, 0)] = *x_k);
-            }
-            (SolvingRoom::Whole(room), ..) => {
+    pub fn solve_in_room(&self, factor: &Factor, x: MatMut<'_, f64>, room: &mut SolvingRoom) {
+        match room {
+            SolvingRoom::Branched(..) => self.solve_branched(&factor.values, x, room),
+            SolvingRoom::Whole(room) => {
                 let factor = LltRef::new(&self.inner, &factor.values);
                 factor.solve_in_place_with_conj(Conj::No, x, PAR, MemStack::new(room));
             }
+        }
+    }
+
+    /// The same with a factor in single precision; sums are in double.
+    pub fn solve_single_in_room(&self, factor: &Factor<f32>, x: MatMut<'_, f64>, room: &mut SolvingRoom) {
+        self.solve_branched(&factor.values, x, room);
+    }
+
+    fn solve_branched<T: Scalar>(&self, values: &[T], x: MatMut<'_, f64>, room: &mut SolvingRoom) {
+        match (room, self.branches(), self.inner.perm()) {
+            (SolvingRoom::Branched(room), Some(branches), Some(order)) => branches.solve(values, x, order, room),
             _ => unreachable!("the room is of this analysis"),
         }
     }
@@ -261,12 +280,12 @@ pub enum SolvingRoom {
     /// Of a small factor, or of several columns.
     Whole(MemBuffer),
     /// Of a large one.
-    Branched(Vec<f64>, SumRoom),
+    Branched(Vec<f64>),
 }
 
 /// The values of a Cholesky factor, to be filled again and again.
-pub struct Factor {
-    values: Vec<f64>,
+pub struct Factor<T = f64> {
+    values: Vec<T>,
 }
 
 impl Clone for Factor {

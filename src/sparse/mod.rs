@@ -5,8 +5,10 @@ mod blocks;
 mod branches;
 mod columns;
 mod factor;
+mod fronts;
 mod ordering;
 mod panels;
+mod product;
 
 pub use analysis::{Analyses, Kept};
 pub use blocks::{BlockMatrix, Columns, VisitElements, entries};

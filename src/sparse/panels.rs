@@ -4,6 +4,7 @@
 //! its own. Subtrees do not meet, so theirs are made at once; what a panel takes from earlier ones it takes in their order, whoever makes it.
 //! All of this follows from the pattern alone, and so do the bits of a factor.
 
+use super::fronts::Fronts;
 use crate::Result;
 use crate::error::try_zeroed;
 use crate::threads::{Tasks, lists};
@@ -19,7 +20,7 @@ const WIDE: usize = 96;
 const SUBTREE: f64 = 1.0 / 128.0;
 
 /// No panel, no task.
-const NONE: u32 = u32::MAX;
+pub const NONE: u32 = u32::MAX;
 
 /// Columns of a supernode.
 #[derive(Clone, Copy)]
@@ -83,6 +84,7 @@ pub struct Panels {
     pub factor: Tasks,
     pub up: Tasks,
     pub down: Tasks,
+    pub fronts: Fronts,
 }
 
 impl Panels {
@@ -151,7 +153,9 @@ impl Panels {
             factor,
             up,
             down,
+            fronts: Fronts::default(),
         };
+        made.fronts = Fronts::new(structure, &made)?;
         Ok(made.place_entries(structure, lower, order)?.then_some(made))
     }
 
@@ -214,6 +218,7 @@ impl Panels {
             + self.factor.bytes()
             + self.up.bytes()
             + self.down.bytes()
+            + self.fronts.bytes()
     }
 
     /// Finds where the matrix' entries go; false where numbers of 32 bits do not do.

@@ -66,6 +66,7 @@ impl Newton {
             return Ok(false);
         }
         self.factor.clone_from(&rest.factor);
+        self.single.at_hand = false;
         self.noise.clone_from(&rest.noise);
         self.spend()?;
         self.factorizations += 1; // one of those that a search may take, as if it were its own

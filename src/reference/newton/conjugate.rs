@@ -1,30 +1,30 @@
-//! Conjugate gradients with the factor of an earlier tangent.
+//! Conjugate gradients with a factor that is nearly that of the tangent.
 //!
 //! Near the end of a search the tangent hardly changes any more. With the factor of the last one as a preconditioner a few products take the
-//! place of a factorization.
+//! place of a factorization. Or the factor is the tangent's own, in single precision ([`super::single`]).
 
 use super::Newton;
 use crate::reference::potential::Potential;
 use crate::{Result, Vec3};
-use faer::MatMut;
 
 /// A search that is slower than this part of an even pace, by the logarithm of what is left, is given up. A product costs as much as an eighth
 /// of a factorization, and most that are too slow are so from the first one on.
 const SLOWEST: f64 = 0.5;
 
-/// Scratch (n_unknowns each): what is left of −∇Φ, what was found of Δ, the way there and the matrix times that.
+/// Scratch (n_unknowns each): what is left of −∇Φ, what was found of Δ, the way there and the matrix times that, by way of sums.
 #[derive(Default)]
 pub(super) struct Conjugate {
     left: Vec<f64>,
     found: Vec<f64>,
     way: Vec<f64>,
     product: Vec<f64>,
+    sums: Vec<f64>,
 }
 
 impl Conjugate {
     /// Numbers held.
     pub(super) fn len(&self) -> usize {
-        self.left.len() + self.found.len() + self.way.len() + self.product.len()
+        self.left.len() + self.found.len() + self.way.len() + self.product.len() + self.sums.len()
     }
 }
 
@@ -37,9 +37,19 @@ impl Newton {
         tolerance: f64,
         most: usize,
     ) -> Result<bool> {
+        self.conjugate_gradients(potential, tolerance, (most, Some(SLOWEST)))
+    }
+
+    /// The same, and no slower than so many parts of an even pace.
+    pub(super) fn conjugate_gradients(
+        &mut self,
+        potential: &Potential,
+        tolerance: f64,
+        (most, slowest): (usize, Option<f64>),
+    ) -> Result<bool> {
         self.spend()?;
         let n = self.direction.len();
-        let Conjugate { mut left, mut found, mut way, mut product } = std::mem::take(&mut self.conjugate);
+        let Conjugate { mut left, mut found, mut way, mut product, mut sums } = std::mem::take(&mut self.conjugate);
         left.clear();
         left.extend(potential.free().flat_map(|v| (-self.gradient[v]).data.0[0]));
         for field in [&mut found, &mut way, &mut product] {
@@ -51,12 +61,11 @@ impl Newton {
         let (mut last, mut enough) = (0.0, false);
         for product_number in 1..=most {
             self.direction.copy_from_slice(&left);
-            let preconditioned = MatMut::from_column_major_slice_mut(&mut self.direction, n, 1);
-            self.symbolic.solve_in_room(&self.factor, preconditioned, &mut room);
+            self.precondition(&mut room);
             let scale = dot(&left, &self.direction);
             let kept = if last > 0.0 { scale / last } else { 0.0 };
             way.iter_mut().zip(&self.direction).for_each(|(p, z)| *p = z + kept * *p);
-            self.matrix.times(&way, &mut product);
+            self.matrix.times(&way, &mut product, &mut sums);
             let curvature = dot(&way, &product);
             if !(curvature > 0.0 && scale > 0.0 && (scale / curvature).is_finite()) {
                 break;
@@ -67,13 +76,13 @@ impl Newton {
             last = scale;
             let part = norm(&left) / first;
             enough = part <= tolerance;
-            let pace = SLOWEST * product_number as f64 / most as f64;
-            if enough || part > libm::pow(tolerance, pace) {
+            let even = product_number as f64 / most as f64;
+            if enough || slowest.is_some_and(|slowest| part > libm::pow(tolerance, slowest * even)) {
                 break;
             }
         }
         self.direction.copy_from_slice(&found);
-        self.conjugate = Conjugate { left, found, way, product };
+        self.conjugate = Conjugate { left, found, way, product, sums };
         if enough {
             self.balance_momenta(potential);
         }

@@ -89,6 +89,7 @@ impl Newton {
     fn refactorize(&mut self) -> Result<bool> {
         self.factorizations += 1;
         self.made_at = None;
+        self.single.at_hand = false;
         self.symbolic.refactorize(&self.matrix.lower, &mut self.factor)
     }
 

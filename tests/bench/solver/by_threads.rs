@@ -12,8 +12,8 @@ use std::time::Instant;
 /// Best of so many runs, as other work on the machine only adds.
 const RUNS: usize = 3;
 
-/// Milliseconds of a matrix' factorization and of a solution, both at best.
-fn factor_times(shell: &Shell) -> [f64; 2] {
+/// Milliseconds of a matrix' factorization and of a solution, and of both in single precision, at best.
+fn factor_times(shell: &Shell) -> [f64; 4] {
     let mut matrix = shell.matrix(&[]);
     shell
         .energy
@@ -23,15 +23,20 @@ fn factor_times(shell: &Shell) -> [f64; 2] {
     let mut factor = symbolic.factor().unwrap();
     let mut room = symbolic.solving_room(1).unwrap();
     let mut x = vec![1.0; matrix.lower.ncols()];
-    let mut best = [f64::INFINITY; 2];
+    let mut single = symbolic.single_factor().expect("large factors have one");
+    let mut best = [f64::INFINITY; 4];
     for _ in 0..3 * RUNS {
-        let started = Instant::now();
-        assert!(symbolic.refactorize(&matrix.lower, &mut factor).unwrap());
-        let made = Instant::now();
         let n = x.len();
-        symbolic.solve_in_room(&factor, MatMut::from_column_major_slice_mut(&mut x, n, 1), &mut room);
-        let times = [made - started, made.elapsed()].map(|time| 1e3 * time.as_secs_f64());
-        (0..2).for_each(|k| best[k] = best[k].min(times[k]));
+        let mut timed = |k: usize, work: &mut dyn FnMut(MatMut<f64>)| {
+            let column = MatMut::from_column_major_slice_mut(&mut x, n, 1);
+            let started = Instant::now();
+            work(column);
+            best[k] = best[k].min(1e3 * started.elapsed().as_secs_f64());
+        };
+        timed(0, &mut |_| assert!(symbolic.refactorize(&matrix.lower, &mut factor).unwrap()));
+        timed(1, &mut |x| symbolic.solve_in_room(&factor, x, &mut room));
+        timed(2, &mut |_| assert!(symbolic.refactorize_single(&matrix.lower, &mut single).unwrap()));
+        timed(3, &mut |x| symbolic.solve_single_in_room(&single, x, &mut room));
     }
     best
 }
@@ -40,7 +45,8 @@ pub fn table(counts: &[usize], only: &[String]) -> String {
     let mut table = format!(
         "Steps of 1/30 s from rest under 9.8 m/s², the first six, on {} (load {}), best of {RUNS} runs; \
          `target/release/examples/solver threads 1 2 4`. Every number of threads ends with the same bits.\n\n\
-         | shell | vertices | threads | ms a step | of one thread | a factorization | a solution |\n|---|---|---|---|---|---|---|\n",
+         | shell | vertices | threads | ms a step | of one thread | a factorization | a solution | in single precision |\n\
+         |---|---|---|---|---|---|---|---|\n",
         docs::machine(),
         docs::load()
     );
@@ -62,9 +68,9 @@ pub fn table(counts: &[usize], only: &[String]) -> String {
                 assert!(end.get_or_insert_with(|| bits.clone()) == &bits, "other bits with {count} threads");
             }
             alone = if alone.is_nan() { best } else { alone };
-            let [factorization, solution] = factor_times(&shell);
+            let [factorization, solution, single, solution_in_single] = factor_times(&shell);
             let row = format!(
-                "| {name} | {} | {count} | {best:.0} | {:.2} | {factorization:.1} | {solution:.1} |\n",
+                "| {name} | {} | {count} | {best:.0} | {:.2} | {factorization:.1} | {solution:.1} | {single:.1}, {solution_in_single:.1} |\n",
                 shell.mass.len(),
                 best / alone
             );
