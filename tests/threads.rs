@@ -261,6 +261,30 @@ fn solved_in_single(symbolic: &Symbolic, [matrix, indefinite]: [&BlockMatrix; 2]
     x
 }
 
+/// Bits of a product with a matrix that is taken in parts, which is that of its entries one by one.
+fn multiplied(matrix: &BlockMatrix) -> Vec<u64> {
+    let n = matrix.lower.ncols();
+    let x: Vec<f64> = (0..n).map(|i| libm::sin(1.7 * i as f64)).collect();
+    let (mut product, mut room) = (vec![0.0; n], vec![]);
+    matrix.times(&x, &mut product, &mut room);
+    assert!(room.len() > n, "parts reach beyond their own columns");
+    let (mut sums, mut magnitudes) = (vec![0.0; n], vec![0.0; n]);
+    let mut add = |i: usize, value: f64| {
+        sums[i] += value;
+        magnitudes[i] += value.abs();
+    };
+    for entry in matrix.lower.triplet_iter() {
+        add(entry.row, entry.val * x[entry.col]);
+        if entry.row != entry.col {
+            add(entry.col, entry.val * x[entry.row]);
+        }
+    }
+    for (i, (a, b)) in product.iter().zip(&sums).enumerate() {
+        assert!((a - b).abs() <= 1e-14 * magnitudes[i], "row {i}: {a} and {b}"); // roundings of some dozen terms
+    }
+    product.iter().map(|x| x.to_bits()).collect()
+}
+
 /// One state's work is shared to the same bits: alone, beside others that share, and inside work on many.
 fn large_shells_move_to_the_same_bits() {
     let shells = large();
@@ -268,11 +292,14 @@ fn large_shells_move_to_the_same_bits() {
     let results = |strength| shells.iter().map(|shell| stepped(shell, strength)).collect::<Vec<_>>();
     let alone: Vec<_> = [3.0, 9.8].map(results).into();
     let (linear, saved) = (shells.iter().map(|s| solved(s)).collect::<Vec<_>>(), led(&shells[0]));
+    let [larger, ..] = matrices(&leaf(4));
+    let product = multiplied(&larger);
     for count in [2, 3, 4, 8, 16] {
         assert!(set_threads(count));
         assert!(results(9.8) == alone[1], "{count} threads");
         assert!(shells.iter().map(|s| solved(s)).eq(linear.iter().cloned()), "{count} threads");
         assert!(led(&shells[0]) == saved, "{count} threads");
+        assert!(multiplied(&larger) == product, "{count} threads");
     }
     let mut many: Vec<_> = (0..4).map(|k| (&shells[k % 2], &alone[k / 2][k % 2], [3.0, 9.8][k / 2], false)).collect();
     for_each(&mut many, |_| 1_000_000, |(shell, end, strength, same)| *same = stepped(shell, *strength) == **end);

@@ -31,6 +31,9 @@ pub(super) fn out_of_memory(what: &str) -> Error {
 /// what is taken from many narrow ones. Three columns are a vertex.
 const JOINED: [(usize, f64); 4] = [(12, 1.0), (48, 0.3), (96, 0.1), (usize::MAX, 0.05)];
 
+/// Whether factors in single precision are built in. Their kernels are a third of a megabyte, and pages that load the module have no large shells.
+const SINGLE: bool = !cfg!(target_family = "wasm");
+
 /// From this many vertices on nested dissection is tried too; below it takes longer than it saves.
 const DISSECTED: usize = 5_000;
 
@@ -153,8 +156,12 @@ impl Symbolic {
         Ok(self.inner.factorize_numeric_llt(values, lower.rb(), side, none, PAR, stack, Default::default()).is_ok())
     }
 
-    /// Room for a factor in single precision, to precondition with; none where there is no memory for it, or of a small one, which gains little.
+    /// Room for a factor in single precision, to precondition with; none where there is no memory for it, in a WebAssembly module, or of a small one,
+    /// which gains little.
     pub fn single_factor(&self) -> Option<Factor<f32>> {
+        if !SINGLE {
+            return None;
+        }
         self.panels.as_ref()?;
         let values = crate::error::try_zeroed("a factor of the stiffness", self.inner.len_val());
         Some(Factor { values: values.ok()? })
@@ -162,8 +169,10 @@ impl Symbolic {
 
     /// As [`Symbolic::refactorize`] in single precision; the answer is no, too, where A is not positive definite to its digits.
     pub fn refactorize_single(&self, lower: &SparseColMat<usize, f64>, factor: &mut Factor<f32>) -> Result<bool> {
-        let Some(branches) = self.branches() else { return Ok(false) };
-        branches.factorize(lower.val(), &mut factor.values, self.operations())
+        match self.branches() {
+            Some(branches) if SINGLE => branches.factorize(lower.val(), &mut factor.values, self.operations()),
+            _ => Ok(false),
+        }
     }
 
     /// X ← A⁻¹X for all columns at once, with A's factor.
@@ -195,7 +204,9 @@ impl Symbolic {
 
     /// The same with a factor in single precision; sums are in double.
     pub fn solve_single_in_room(&self, factor: &Factor<f32>, x: MatMut<'_, f64>, room: &mut SolvingRoom) {
-        self.solve_branched(&factor.values, x, room);
+        if SINGLE {
+            self.solve_branched(&factor.values, x, room);
+        }
     }
 
     fn solve_branched<T: Scalar>(&self, values: &[T], x: MatMut<'_, f64>, room: &mut SolvingRoom) {

@@ -1,6 +1,6 @@
 //! Factors in single precision, for steps in time.
 //!
-//! A large factor takes half the time in single precision, to make and to read. With it as a preconditioner a few conjugate gradients solve in double
+//! A large factor takes six tenths of the time in single precision, to make and to read. With it as a preconditioner a few conjugate gradients solve in double
 //! precision. How many depends on the stiffness over what is least of it: in a step in time that is inertia, h⁻²M. Equilibria have none.
 
 use super::Newton;
