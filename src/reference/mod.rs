@@ -121,8 +121,8 @@ impl Solver {
         self.newton.set_mixed(mixed);
     }
 
-    /// Whether conjugate gradients may find directions by the factor of an earlier tangent near a search's end, and by factors in single precision
-    /// in steps in time, as they do unless told otherwise.
+    /// Whether conjugate gradients may find directions, as they do unless told otherwise: near a search's end by the factor of an earlier tangent, in
+    /// steps in time by factors in single precision.
     pub fn set_reusing(&mut self, reusing: bool) {
         self.newton.reusing = reusing;
     }

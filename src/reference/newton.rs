@@ -373,15 +373,20 @@ impl Newton {
     pub(super) fn solve(&mut self, potential: &Potential) -> Result<Option<f64>> {
         self.matrix.require_finite()?;
         self.spend()?;
-        self.factorizations += 1;
-        self.made_at = None;
-        self.single.at_hand = false;
-        if !self.symbolic.refactorize(&self.matrix.lower, &mut self.factor)? {
+        if !self.refactorize()? {
             return Ok(None);
         }
         self.solve_by_gradient(potential)?;
         let slope = self.slope(potential);
         Ok((slope < 0.0 && slope.is_finite()).then_some(slope))
+    }
+
+    /// Whether the matrix is positive definite: then its factor is at hand.
+    fn refactorize(&mut self) -> Result<bool> {
+        self.factorizations += 1;
+        self.made_at = None;
+        self.single.at_hand = false;
+        self.symbolic.refactorize(&self.matrix.lower, &mut self.factor)
     }
 
     /// Δ with the factor at hand.

@@ -64,7 +64,7 @@ fn rows_of<'a>(structure: &'a SymbolicSupernodalCholesky<usize>, panel: &Panel) 
 }
 
 impl Fronts {
-    pub fn new(structure: &SymbolicSupernodalCholesky<usize>, panels: &Panels) -> Result<Self> {
+    pub fn new(structure: &SymbolicSupernodalCholesky<usize>, panels: &Panels) -> Self {
         let front = |t: usize| {
             let last = &panels.panels[panels.of_task(t).end - 1];
             Rows { first: panels.columns(t).start, ..rows_of(structure, last) }
@@ -88,7 +88,7 @@ impl Fronts {
         fronts.start.push(all);
         fronts.task_start.push(fronts.in_above.len());
         fronts.panel_start.push(fronts.in_front.len());
-        Ok(fronts)
+        fronts
     }
 
     /// Bytes held.
@@ -125,17 +125,16 @@ impl Branches<'_> {
     pub fn solve<T: Scalar>(&self, values: &[T], mut x: MatMut<'_, f64>, order: PermRef<'_, usize>, room: &mut [f64]) {
         let forward = order.arrays().0;
         let (panels, fronts) = (self.panels, &self.panels.fronts);
-        let columns = |t: usize| panels.columns(t);
         for t in 0..panels.n_tasks() {
             let front = &mut room[fronts.start[t]..fronts.start[t + 1]];
-            let (own, below) = front.split_at_mut(columns(t).len());
-            own.iter_mut().zip(&forward[columns(t)]).for_each(|(x_k, i)| *x_k = x[(*i, 0)]);
+            let (own, below) = front.split_at_mut(panels.columns(t).len());
+            own.iter_mut().zip(&forward[panels.columns(t)]).for_each(|(x_k, i)| *x_k = x[(*i, 0)]);
             below.fill(0.0);
         }
         self.solve_up(values, room);
         self.solve_down(values, room);
         for t in 0..panels.n_tasks() {
-            let own = room[fronts.start[t]..].iter().zip(&forward[columns(t)]);
+            let own = room[fronts.start[t]..].iter().zip(&forward[panels.columns(t)]);
             own.for_each(|(x_k, i)| x[(*i, 0)] = *x_k);
         }
     }

@@ -155,7 +155,7 @@ impl Panels {
             down,
             fronts: Fronts::default(),
         };
-        made.fronts = Fronts::new(structure, &made)?;
+        made.fronts = Fronts::new(structure, &made);
         Ok(made.place_entries(structure, lower, order)?.then_some(made))
     }
 

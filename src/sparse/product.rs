@@ -33,7 +33,8 @@ impl BlockMatrix {
         let (mut rest, mut items) = (&mut room[..], vec![]);
         for (end, columns) in rows {
             let (own, others) = rest.split_at_mut(3 * (end - columns.start));
-            (rest, _) = (others, items.push((columns, own)));
+            rest = others;
+            items.push((columns, own));
         }
         share_items(&mut items, nanoseconds as u64, |(columns, sums)| self.add_product(columns.clone(), x, sums));
         for (columns, sums) in items {

@@ -85,14 +85,6 @@ impl Newton {
         Err(Error::new(ErrorKind::Numerical, format!("no shift up to {sigma:e} makes the Hessian positive definite")))
     }
 
-    /// Whether the matrix is positive definite.
-    fn refactorize(&mut self) -> Result<bool> {
-        self.factorizations += 1;
-        self.made_at = None;
-        self.single.at_hand = false;
-        self.symbolic.refactorize(&self.matrix.lower, &mut self.factor)
-    }
-
     /// The lowest pair, by the factor of H + σM.
     fn lowest(&mut self, potential: &Potential, sigma: f64) -> Result<(Vec<Vec3>, f64)> {
         let (shell, n) = (potential.shell, self.direction.len());
