@@ -7,7 +7,7 @@
 
 use super::constraints::Constraints;
 use super::mixed::Unstable;
-use super::newton::{Ahead, Convergence, LEAP, Stop};
+use super::newton::{Ahead, Convergence, Stop};
 use super::potential::Potential;
 use super::{Solver, continuation, free_norm};
 use crate::energy::Curvature;
@@ -223,17 +223,20 @@ impl LoadPath {
         let (constraints, points) = (&Constraints::none(), Solver::points(points));
         let potential = Potential { shell, origin, load: forces, step: None, constraints, points };
         let mut iterations = 0;
-        newton.ahead = (!options.follow_snaps).then(|| Ahead::new(change(&self.first, forces), true));
-        let found = newton.minimize_mixed(&potential, x, (stop, Unstable::Stop), &mut |residual| {
+        let watch = &mut |residual| {
             let heard = watch(EquilibriumProgress { load: 1.0, iterations, residual });
             iterations += 1;
             heard
-        });
-        self.ahead = newton.ahead.take();
-        let found = found?;
+        };
+        let found = match options.follow_snaps {
+            true => newton.minimize_mixed(&potential, x, (stop, Unstable::Stop), watch)?,
+            false => {
+                let ahead = self.ahead.insert(Ahead::new(change(&self.first, forces), true));
+                newton.go_ahead(&potential, x, (stop, ahead), watch)?
+            }
+        };
         self.iterations = iterations;
-        let along = options.follow_snaps || newton.is_foreseen(&potential, (origin, x), LEAP);
-        if let Some(end) = found.filter(|end| along && end.harmless) {
+        if let Some(end) = found.filter(|end| end.harmless) {
             (self.done, self.residual, self.increments) = (1.0, end.residual, 1);
         }
         if self.done == 0.0 {
@@ -262,21 +265,17 @@ impl LoadPath {
         let (constraints, points) = (&Constraints::none(), Solver::points(points));
         let potential = Potential { shell, origin, load: force, step: None, constraints, points };
         let (mut iterations, mut residual) = (self.iterations, 0.0);
-        let mut ahead = self.ahead.take().unwrap_or_else(|| Ahead::new(change(&self.first, forces), false));
+        let ahead = self.ahead.get_or_insert_with(|| Ahead::new(change(&self.first, forces), false));
         ahead.share = load - self.done;
-        newton.ahead = Some(ahead);
-        let found = newton.minimize_mixed(&potential, x, (stop, Unstable::Stop), &mut |left| {
+        let found = newton.go_ahead(&potential, x, (stop, ahead), &mut |left| {
             residual = left;
             let heard = watch(EquilibriumProgress { load, iterations, residual });
             iterations += 1;
             heard
-        });
-        self.ahead = newton.ahead.take();
-        let found = found?;
+        })?;
+        let own = ahead.own;
         self.iterations = iterations;
-        if let Some(end) = found.filter(|end| end.harmless || end.residual <= tolerance)
-            && newton.is_foreseen(&potential, (origin, x), LEAP)
-        {
+        if let Some(end) = found.filter(|end| end.harmless || end.residual <= tolerance) {
             (self.done, self.residual) = (load, end.residual);
             self.increments += 1;
             self.increment *= 2.0;
@@ -290,6 +289,9 @@ impl LoadPath {
         x.copy_from_slice(&self.balanced);
         self.failed = load;
         self.increment = 0.5 * (load - self.done);
+        if self.increment < SHORTEST_ALONG && !own {
+            self.increment *= 2.0; // once more by the tangent here
+        }
         if self.increment >= SHORTEST_ALONG && self.iterations < options.max_iterations {
             return Ok(());
         }

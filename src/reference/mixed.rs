@@ -21,17 +21,17 @@
 //! and gets there in half the steps that lower the energy along their lines.
 
 use super::free_norm;
-use super::newton::{Ahead, Convergence, Newton, Stop, WORST_RESIDUAL};
+use super::newton::{Convergence, Newton, Stop, WORST_RESIDUAL};
 use super::parts::Parts;
 use super::potential::Potential;
 use crate::energy::Stress;
 use crate::{Result, Vec3};
 
 /// No vertex goes further in a step, in model sizes.
-const REACH: f64 = 0.1;
+pub(super) const REACH: f64 = 0.1;
 
 /// Factorizations at most: with a tangent that stays positive definite steps converge in three to ten, or hardly.
-const FACTORIZATIONS: usize = 16;
+pub(super) const FACTORIZATIONS: usize = 16;
 
 /// The first τ lets the forces that are left move the shell by this part of its size.
 const SHIFTED: f64 = 0.03;
@@ -159,7 +159,6 @@ impl Newton {
     ) -> Result<Option<Convergence>> {
         self.made_at = None;
         self.single.failed = false;
-        self.foreseen.clear();
         let mut stress = std::mem::take(&mut self.stress);
         let mut from = potential.value(x).0;
         self.pass_first(x, from);
@@ -223,23 +222,13 @@ impl Newton {
             }
             let made = self.factorizations;
             let wanted = (&mut *stress, [force, enough], near);
-            let bare = match self.ahead.take_if(|_| iterations == 0) {
-                Some(ahead) => self.direction_ahead(potential, x, wanted, (&mut shift, unstable), ahead)?,
-                None => self.next_direction(potential, x, wanted, (&mut shift, unstable))?,
-            };
-            let Some(bare) = bare else { break };
+            let Some(bare) = self.next_direction(potential, x, wanted, (&mut shift, unstable))? else { break };
             kept = self.factorizations == made;
-            if iterations == 0 {
-                self.foresee_end(potential, x);
-            }
             stable = shift.is_none() && !bare && !(self.foreign && iterations == 0);
             shift.ease();
             self.step_in_reach(potential, x, &mut shift);
             foresee(potential, &mut self.parts, [x, &self.trial], stress);
             x.copy_from_slice(&self.trial);
-            if self.is_leaping(potential, x, iterations) {
-                break;
-            }
         }
         Ok(None)
     }
@@ -312,25 +301,6 @@ impl Newton {
         Ok(self.mixed_direction(potential, x, bare, (shift, unstable))?.then_some(true))
     }
 
-    /// The same for a first Δ that others go by, too, or that is known by them.
-    fn direction_ahead(
-        &mut self,
-        potential: &Potential,
-        x: &[Vec3],
-        wanted: (&mut Vec<f64>, [f64; 2], bool),
-        how: (&mut Shift, Unstable),
-        mut ahead: Ahead,
-    ) -> Result<Option<bool>> {
-        let known = self.go_ahead(&ahead);
-        let by_others = known || self.go_from_rest(potential, x, wanted.1[0])?;
-        let found = if by_others { Some(false) } else { self.next_direction(potential, x, wanted, how)? };
-        if !known && found.is_some() {
-            self.look_ahead(potential, &mut ahead)?;
-        }
-        self.ahead = Some(ahead);
-        Ok(found)
-    }
-
     /// Moves `x` by so many steps, wherever they lead, from a `stress` on to the one that the last step foresaw.
     pub(super) fn follow_mixed(
         &mut self,
@@ -387,14 +357,6 @@ impl Newton {
             next = libm::pow(force / last, SUPERLINEAR);
         }
         (0.1 * goal / force).max(next).clamp(LEAST_SOLVED, SOLVED)
-    }
-
-    /// Takes down where Δ leads from `x`.
-    fn foresee_end(&mut self, potential: &Potential, x: &[Vec3]) {
-        let mut foreseen = std::mem::take(&mut self.foreseen);
-        foreseen.extend_from_slice(x);
-        potential.free().enumerate().for_each(|(i, v)| foreseen[v] += self.along(i));
-        self.foreseen = foreseen;
     }
 
     /// Finds Δ with the largest share of pushes tried with which the tangent is positive definite; false where it is not with none.

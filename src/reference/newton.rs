@@ -10,6 +10,7 @@
 
 mod ahead;
 mod conjugate;
+mod held;
 mod lowest;
 mod single;
 mod stability;
@@ -24,8 +25,10 @@ use crate::energy::Curvature;
 use crate::mesh::NONE;
 use crate::sparse::{BlockMatrix, Factor, Symbolic};
 use crate::{Error, ErrorKind, Result, Shell, Vec3};
-pub use ahead::{Ahead, AtRest, LEAP};
+pub use ahead::{Ahead, AtRest};
 use conjugate::Conjugate;
+pub(super) use held::Held;
+use held::Rows;
 use lowest::Lowest;
 use single::Single;
 use std::sync::Arc;
@@ -109,10 +112,11 @@ pub struct Newton {
     pub(super) spare: usize,
     /// The next search with the stress as an unknown is of a step, from where the shell coasts to.
     pub(super) coasting: bool,
-    /// Where the first step of the last search with the stress as an unknown would have gone (n_vertices).
+    /// Where the first step of the last search under a share of a load would have gone (n_vertices).
     pub(super) foreseen: Vec<Vec3>,
-    /// What the next such search goes ahead by, if others are to begin where it does.
-    pub(super) ahead: Option<Ahead>,
+    /// A tangent that is held, and J of the last one that was factorized to be held.
+    pub(super) held: Held,
+    rows: Rows,
     /// For those that begin at rest.
     pub(super) at_rest: Option<Arc<AtRest>>,
     conjugate: Conjugate,
@@ -153,6 +157,7 @@ impl Newton {
             + self.single.bytes(&self.symbolic)
             + self.symbolic.bytes()
             + self.parts.bytes()
+            + self.rows.bytes()
     }
 
     /// Another with the settings of this one.
@@ -214,7 +219,8 @@ impl Newton {
             spare: UNBOUNDED,
             coasting: false,
             foreseen: vec![],
-            ahead: None,
+            held: Held::Nothing,
+            rows: Rows::default(),
             at_rest: None,
             conjugate: Conjugate::default(),
             reusing: true,
@@ -386,6 +392,7 @@ impl Newton {
         self.factorizations += 1;
         self.made_at = None;
         self.single.at_hand = false;
+        self.held = Held::Nothing;
         self.symbolic.refactorize(&self.matrix.lower, &mut self.factor)
     }
 

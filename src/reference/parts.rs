@@ -4,7 +4,7 @@
 //! that one thread has for the whole shell: so the bits are the same for any parts. Elements between parts are computed in each.
 
 use super::potential::Potential;
-use crate::energy::{Curvature, Energy, Stress};
+use crate::energy::{Curvature, Energy, RestRow, Stress};
 use crate::mesh::NONE;
 use crate::sparse::{BlockMatrix, Columns};
 use crate::threads::{share_items, sharers};
@@ -121,7 +121,7 @@ impl Parts {
 
     /// The gradient of the elastic energy with these `stress`es in the place of strains; false, and nothing done, where one thread is to do it.
     pub fn mixed_gradient(&mut self, shell: &Shell, x: &[Vec3], stress: &[f64], gradient: &mut [Vec3]) -> bool {
-        self.sum(shell, x, gradient, |Part { energy, elements, x, other, .. }| {
+        self.sum(shell, x, [gradient], |Part { energy, elements, x, other, .. }| {
             let mut each = elements.iter().map(|e| stress[*e as usize]);
             energy.visit_rows(x, &mut |(vertices, row)| {
                 let stress = each.next().unwrap_or(0.0);
@@ -132,31 +132,56 @@ impl Parts {
 
     /// The elastic energy's gradient; false, and nothing done, where one thread is to do it.
     pub fn gradient(&mut self, shell: &Shell, x: &[Vec3], gradient: &mut [Vec3]) -> bool {
-        self.sum(shell, x, gradient, |Part { energy, x, other, .. }| energy.add_gradient(x, other))
+        self.sum(shell, x, [gradient], |Part { energy, x, other, .. }| energy.add_gradient(x, other))
     }
 
-    /// What `add` adds at each part's vertices.
-    fn sum(&mut self, shell: &Shell, x: &[Vec3], gradient: &mut [Vec3], add: impl Fn(&mut Part) + Sync) -> bool {
+    /// Both of these, and the strains for [`Parts::read_strains`]; false, and nothing done, where one thread is to do it.
+    pub fn both_gradients(&mut self, shell: &Shell, x: &[Vec3], stress: &[f64], both: [&mut [Vec3]; 2]) -> bool {
+        self.sum(shell, x, both, |Part { energy, elements, x, other, stress: strains, .. }| {
+            let mut each = elements.iter().map(|e| stress[*e as usize]);
+            strains.clear();
+            let (own, mixed) = other.split_at_mut(x.len());
+            energy.visit_strains(x, &mut |(vertices, row), strain| {
+                strains.push(strain);
+                add_both((vertices, row), [strain, each.next().unwrap_or(0.0)], [own, mixed]);
+            });
+        })
+    }
+
+    /// What `add` adds to each of some fields at each part's vertices: these are one behind the other in `other`.
+    fn sum<const N: usize>(
+        &mut self,
+        shell: &Shell,
+        x: &[Vec3],
+        fields: [&mut [Vec3]; N],
+        add: impl Fn(&mut Part) + Sync,
+    ) -> bool {
         let nanoseconds = FORCE * shell.energy.n_elements() as u64;
         if !self.prepare(shell, nanoseconds) {
             return false;
         }
-        let mut rest = gradient;
+        let mut rest = fields;
         let mut items = vec![];
         for part in &mut self.parts {
-            let (own, others) = std::mem::take(&mut rest).split_at_mut((part.end - part.first) as usize);
-            rest = others;
+            let own = rest.each_mut().map(|rest| {
+                let (own, others) = std::mem::take(rest).split_at_mut((part.end - part.first) as usize);
+                *rest = others;
+                own
+            });
             items.push((part, own));
         }
-        share_items(&mut items, nanoseconds, |(part, gradient)| {
+        share_items(&mut items, nanoseconds, |(part, fields)| {
             part.place(x);
+            let n = part.x.len();
             part.other.clear();
-            part.other.resize(part.x.len(), Vec3::zeros());
+            part.other.resize(N * n, Vec3::zeros());
             add(part);
-            gradient.fill(Vec3::zeros());
-            let own = |v: &u32| (part.first..part.end).contains(v);
-            for (v, sum) in part.vertices.iter().zip(&part.other).filter(|(v, _)| own(v)) {
-                gradient[(v - part.first) as usize] = *sum;
+            for (field, sums) in fields.iter_mut().zip(part.other.chunks_exact(n)) {
+                field.fill(Vec3::zeros());
+                let own = |v: &u32| (part.first..part.end).contains(v);
+                for (v, sum) in part.vertices.iter().zip(sums).filter(|(v, _)| own(v)) {
+                    field[(v - part.first) as usize] = *sum;
+                }
             }
         });
         true
@@ -201,6 +226,14 @@ impl Part {
     fn place(&mut self, x: &[Vec3]) {
         self.x.clear();
         self.x.extend(self.vertices.iter().map(|v| x[*v as usize]));
+    }
+}
+
+/// Adds the row of an element, times each of two numbers, to one field each.
+pub fn add_both((vertices, row): RestRow, [a, b]: [f64; 2], [own, mixed]: [&mut [Vec3]; 2]) {
+    for (v, gradient) in vertices.iter().zip(row) {
+        own[*v as usize] += a * gradient;
+        mixed[*v as usize] += b * gradient;
     }
 }
 

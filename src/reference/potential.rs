@@ -6,7 +6,7 @@
 //! step. And the energies of the [`Constraints`] and of what joins besides. Its gradient is zero where M (u̇⁺ − u̇)/h + D (u̇⁺ − u̇) + C(x₀) u̇⁺ + ∇E(x) = F with u̇⁺ = d/h. An equilibrium has the first two terms.
 
 use super::constraints::Constraints;
-use super::parts::{ElasticHessian, Parts};
+use super::parts::{ElasticHessian, Parts, add_both};
 use super::{Rayleigh, add_viscous_force};
 use crate::energy::{Curvature, ElementHessian, Mat3, Stress};
 use crate::point_energy::PointEnergy;
@@ -141,6 +141,31 @@ impl Potential<'_> {
         }
         self.add_other_forces(x, gradient);
         self.constraints.project(gradient);
+    }
+
+    /// ∇Φ(x), and the same with these `stress`es in the place of the elements' strains, both along what constraints leave free; and the strains.
+    pub fn both_gradients(
+        &self,
+        parts: &mut Parts,
+        x: &[Vec3],
+        (stress, strains): (&[f64], &mut Vec<f64>),
+        [own, mixed]: [&mut [Vec3]; 2],
+    ) {
+        if parts.both_gradients(self.shell, x, stress, [&mut *own, &mut *mixed]) {
+            strains.resize(stress.len(), 0.0);
+            parts.read_strains(strains);
+        } else {
+            (own.fill(Vec3::zeros()), mixed.fill(Vec3::zeros()), strains.clear());
+            let mut each = stress.iter();
+            self.shell.energy.visit_strains(x, &mut |row, strain| {
+                strains.push(strain);
+                add_both(row, [strain, each.next().copied().unwrap_or(0.0)], [&mut *own, &mut *mixed]);
+            });
+        }
+        for gradient in [own, mixed] {
+            self.add_other_forces(x, gradient);
+            self.constraints.project(gradient);
+        }
     }
 
     /// ∂²Φ/∂x² over the free vertices with these `stress`es of the elements in the place of their strains, and torques of orientations after them. What
