@@ -6,10 +6,12 @@ command -v valgrind >/dev/null || { echo "check-memory: valgrind is not installe
 cd "$1"
 for program in misuse_load_test saved_model_test leave_out_test material_test misuse_test abi_test states_test hpp_test; do
     echo "== memcheck $program"
+    # A pool's threads live on to the end of the process, and so what they hold is "possibly" lost.
     # states_test forks: its child has not the threads of its parent, and so has lost what they held.
     leaks=full
     [ "$program" = states_test ] && leaks=no
-    valgrind -q --error-exitcode=9 --leak-check=$leaks --errors-for-leak-kinds=definite,indirect "./$program" |
+    valgrind -q --error-exitcode=9 --leak-check=$leaks --show-leak-kinds=definite,indirect \
+        --errors-for-leak-kinds=definite,indirect "./$program" |
         grep -v '^ok' || true
 done > check_memory.log 2>&1
 for tool in helgrind drd; do
