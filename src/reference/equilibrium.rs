@@ -7,7 +7,7 @@
 
 use super::constraints::Constraints;
 use super::mixed::Unstable;
-use super::newton::{Ahead, Convergence, Stop};
+use super::newton::{Ahead, Convergence, Held, Stop};
 use super::potential::Potential;
 use super::{Solver, continuation, free_norm};
 use crate::energy::Curvature;
@@ -100,7 +100,12 @@ impl Solver {
     ) -> Result<Equilibrium> {
         self.check_fields(&[("start", start), ("forces", forces)])?;
         options.check()?;
+        let ended = self.x.clone();
         self.place(start);
+        let rounding = 4.0 * f64::EPSILON * self.shell.mesh.reach;
+        if self.x.iter().zip(&ended).any(|(x, ended)| (x - ended).amax() > rounding) {
+            self.newton.held = Held::Nothing; // it is of where the last search ended
+        }
         let mut path = LoadPath::new(self, forces, options);
         path.advance_at_once(self, forces, options, watch)?;
         while path.done < 1.0 {

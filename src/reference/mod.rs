@@ -140,7 +140,6 @@ impl Solver {
     /// Equilibria that are sought from rest go by this tangent.
     pub fn begin_by(&mut self, at_rest: Option<Arc<AtRest>>) {
         self.newton.at_rest = at_rest;
-        self.newton.held = newton::Held::Nothing;
     }
 
     /// Factorizations since it was made.

@@ -155,7 +155,9 @@ impl Potential<'_> {
             strains.resize(stress.len(), 0.0);
             parts.read_strains(strains);
         } else {
-            (own.fill(Vec3::zeros()), mixed.fill(Vec3::zeros()), strains.clear());
+            own.fill(Vec3::zeros());
+            mixed.fill(Vec3::zeros());
+            strains.clear();
             let mut each = stress.iter();
             self.shell.energy.visit_strains(x, &mut |row, strain| {
                 strains.push(strain);

@@ -33,7 +33,9 @@ impl Rows {
     /// Takes those at `x`.
     pub(super) fn take(&mut self, shell: &Shell, x: &[Vec3]) {
         let Self { ends, vertices, rows } = self;
-        (ends.clear(), vertices.clear(), rows.clear());
+        ends.clear();
+        vertices.clear();
+        rows.clear();
         shell.energy.visit_rows(x, &mut |(of, row)| {
             vertices.extend_from_slice(of);
             rows.extend_from_slice(row);
