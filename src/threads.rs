@@ -371,7 +371,7 @@ pub fn for_each<T: Send>(items: &mut [T], nanoseconds: impl Fn(&T) -> u64 + Send
 /// How many threads would share work of so many nanoseconds now, the caller included.
 pub fn sharers(nanoseconds: u64) -> usize {
     let pays = usize::try_from(nanoseconds / WORTHWHILE).unwrap_or(usize::MAX);
-    if pays < 2 { 1 } else { idle().min(pays).max(1) }
+    if !HAS_THREADS || pays < 2 { 1 } else { idle().min(pays).max(1) }
 }
 
 /// Calls `body` on this thread and on as many others as pays for work of so many nanoseconds, at once, and returns when all have. Each is told how many

@@ -121,7 +121,7 @@ impl Parts {
 
     /// The gradient of the elastic energy with these `stress`es in the place of strains; false, and nothing done, where one thread is to do it.
     pub fn mixed_gradient(&mut self, shell: &Shell, x: &[Vec3], stress: &[f64], gradient: &mut [Vec3]) -> bool {
-        self.sum(shell, x, [gradient], |Part { energy, elements, x, other, .. }| {
+        self.sum(shell, x, &mut [gradient], &|Part { energy, elements, x, other, .. }| {
             let mut each = elements.iter().map(|e| stress[*e as usize]);
             energy.visit_rows(x, &mut |(vertices, row)| {
                 let stress = each.next().unwrap_or(0.0);
@@ -132,12 +132,12 @@ impl Parts {
 
     /// The elastic energy's gradient; false, and nothing done, where one thread is to do it.
     pub fn gradient(&mut self, shell: &Shell, x: &[Vec3], gradient: &mut [Vec3]) -> bool {
-        self.sum(shell, x, [gradient], |Part { energy, x, other, .. }| energy.add_gradient(x, other))
+        self.sum(shell, x, &mut [gradient], &|Part { energy, x, other, .. }| energy.add_gradient(x, other))
     }
 
     /// Both of these, and the strains for [`Parts::read_strains`]; false, and nothing done, where one thread is to do it.
     pub fn both_gradients(&mut self, shell: &Shell, x: &[Vec3], stress: &[f64], both: [&mut [Vec3]; 2]) -> bool {
-        self.sum(shell, x, both, |Part { energy, elements, x, other, stress: strains, .. }| {
+        self.sum(shell, x, &mut { both }, &|Part { energy, elements, x, other, stress: strains, .. }| {
             let mut each = elements.iter().map(|e| stress[*e as usize]);
             strains.clear();
             let (own, mixed) = other.split_at_mut(x.len());
@@ -149,32 +149,27 @@ impl Parts {
     }
 
     /// What `add` adds to each of some fields at each part's vertices: these are one behind the other in `other`.
-    fn sum<const N: usize>(
-        &mut self,
-        shell: &Shell,
-        x: &[Vec3],
-        fields: [&mut [Vec3]; N],
-        add: impl Fn(&mut Part) + Sync,
-    ) -> bool {
+    fn sum(&mut self, shell: &Shell, x: &[Vec3], fields: &mut [&mut [Vec3]], add: &(dyn Fn(&mut Part) + Sync)) -> bool {
         let nanoseconds = FORCE * shell.energy.n_elements() as u64;
         if !self.prepare(shell, nanoseconds) {
             return false;
         }
-        let mut rest = fields;
         let mut items = vec![];
+        let mut rest: Vec<&mut [Vec3]> = fields.iter_mut().map(|field| &mut **field).collect();
         for part in &mut self.parts {
-            let own = rest.each_mut().map(|rest| {
+            let own = rest.iter_mut().map(|rest| {
                 let (own, others) = std::mem::take(rest).split_at_mut((part.end - part.first) as usize);
                 *rest = others;
                 own
             });
+            let own: Vec<&mut [Vec3]> = own.collect();
             items.push((part, own));
         }
         share_items(&mut items, nanoseconds, |(part, fields)| {
             part.place(x);
             let n = part.x.len();
             part.other.clear();
-            part.other.resize(N * n, Vec3::zeros());
+            part.other.resize(fields.len() * n, Vec3::zeros());
             add(part);
             for (field, sums) in fields.iter_mut().zip(part.other.chunks_exact(n)) {
                 field.fill(Vec3::zeros());

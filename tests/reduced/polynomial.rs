@@ -813,7 +813,7 @@ fn wild_loads_never_run_away() {
         );
         // It spans one or two sizes; edges resist from there on. At rest all is given back, unless the shell has another shape to rest in: a
         // sharp gutter that is bent far enough stays bent, the full one too, if not as far.
-        // The limp leg goes to 2.8 by its samples, too. Whether it comes to rest straight or crumpled is up to rounding; the full one stays crumpled, too.
+        // A shape that the polynomial alone holds is told by the certificate. The limp leg goes to 2.8 by its samples, too. Whether it comes to rest straight or crumpled is up to rounding; the full one stays crumpled, too.
         assert!(furthest < if name == "leg" { 3.5 } else { 3.0 }, "{name}: {furthest}");
         if left >= 1e-9 {
             let mut full = state.try_clone().unwrap();
@@ -821,7 +821,9 @@ fn wild_loads_never_run_away() {
             full.equilibrium().unwrap();
             let stays = displacements(&full).iter().map(|u| u.norm()).fold(0.0, f64::max) / model.shell.mesh.size;
             let as_far = ["folded", "Koiter's gutter", "leg"].contains(&name) || (left - stays).abs() < 0.05;
-            assert!(stays > 0.1 && as_far, "{name}: {left}, the full shell {stays}");
+            let certified = state.certify();
+            let told = certified.as_ref().is_ok_and(|found| found.error > 0.1);
+            assert!((stays > 0.1 && as_far) || told, "{name}: {left}, the full shell {stays}, {certified:?}");
         }
     }
 }
