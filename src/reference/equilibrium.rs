@@ -41,7 +41,7 @@ pub struct EquilibriumOptions {
     pub tolerance: f64,
     /// The first increment of the load, a share in (0, 1].
     pub first_increment: f64,
-    /// Newton iterations at most, of all increments.
+    /// Newton iterations at most, of all increments; factorizations where snaps are not followed.
     pub max_iterations: usize,
     /// Whether to go on downhill where the shell snaps, or to fail there, with the last shape before that as what was reached.
     pub follow_snaps: bool,
@@ -69,7 +69,7 @@ impl EquilibriumOptions {
 pub struct EquilibriumProgress {
     /// Share of the load being solved for.
     pub load: f64,
-    /// Newton iterations so far, of all increments.
+    /// Newton iterations so far, of all increments; factorizations where snaps are not followed.
     pub iterations: usize,
     /// ‖F − ∇E‖/‖F‖ under that share.
     pub residual: f64,
@@ -82,7 +82,7 @@ pub struct Equilibrium {
     pub displacement: Vec<Vec3>,
     /// ‖F − ∇E‖/‖F‖; relative to the start's ‖∇E‖ when there is no load.
     pub residual: f64,
-    /// Newton iterations, of all increments.
+    /// Newton iterations, of all increments; factorizations where snaps are not followed.
     pub iterations: usize,
     /// Load increments that converged.
     pub increments: usize,
