@@ -112,8 +112,6 @@ pub struct Newton {
     pub(super) spare: usize,
     /// The next search with the stress as an unknown is of a step, from where the shell coasts to.
     pub(super) coasting: bool,
-    /// Where the first step of the last search under a share of a load would have gone (n_vertices).
-    pub(super) foreseen: Vec<Vec3>,
     /// A tangent that is held, and J of the last one that was factorized to be held.
     pub(super) held: Held,
     rows: Rows,
@@ -148,8 +146,7 @@ impl Newton {
     /// Bytes of the matrix, its factor and the fields.
     pub fn bytes(&self) -> usize {
         let entries = self.matrix.lower.val().len() * (size_of::<f64>() + size_of::<usize>());
-        let fields = (self.gradient.len() + self.trial.len() + self.lowest.len() + self.foreseen.len())
-            * size_of::<Vec3>()
+        let fields = (self.gradient.len() + self.trial.len() + self.lowest.len()) * size_of::<Vec3>()
             + (self.direction.len() + self.conjugate.len()) * size_of::<f64>();
         entries
             + fields
@@ -218,7 +215,6 @@ impl Newton {
             made_at: None,
             spare: UNBOUNDED,
             coasting: false,
-            foreseen: vec![],
             held: Held::Nothing,
             rows: Rows::default(),
             at_rest: None,

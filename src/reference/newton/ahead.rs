@@ -6,16 +6,15 @@
 
 use super::held::{Held, Place, Rows, Way};
 use super::{Convergence, Newton, Stop, WORST_RESIDUAL};
-use crate::energy::Stress;
-use crate::reference::free_norm;
 use crate::reference::mixed::FACTORIZATIONS;
 use crate::reference::noise::Noise;
 use crate::reference::potential::Potential;
+use crate::reference::{free_norm, mass_norm};
 use crate::sparse::Factor;
 use crate::{Result, Vec3};
 
 /// A search that ends further from where its first step leads than that step is long has leapt over a snap.
-pub const LEAP: f64 = 1.0;
+const LEAP: f64 = 1.0;
 /// The same before its second tangent, as steps still overshoot: on leaves one came back from 1.12, and none from beyond.
 const LEAP_AT_ONCE: f64 = 1.25;
 
@@ -78,17 +77,13 @@ impl Newton {
     pub(in crate::reference) fn tangent_at_rest(&mut self, potential: &Potential) -> Result<Option<AtRest>> {
         let (rest, mut stress) = (&potential.shell.mesh.positions, vec![]);
         self.begin(potential, rest, &mut stress);
-        potential.assemble_mixed(&mut self.parts, rest, Stress::whole(&stress), &mut self.matrix);
-        let mut noise = Noise::default();
-        noise.measure(potential, rest, &self.matrix);
-        self.matrix.require_finite()?;
-        let mut factor = self.symbolic.factor()?;
-        if !self.symbolic.refactorize(&self.matrix.lower, &mut factor)? {
+        if !self.hold(potential, rest, &stress)? {
+            self.matrix.require_finite()?;
             return Ok(None);
         }
-        let mut rows = Rows::default();
-        rows.take(potential.shell, rest);
-        Ok(Some(AtRest { factor, rows, noise }))
+        self.held = Held::Nothing;
+        let rows = std::mem::take(&mut self.rows);
+        Ok(Some(AtRest { factor: self.factor.clone(), rows, noise: self.noise.clone() }))
     }
 
     /// Moves `x`, in equilibrium under the load that `ahead` is gone from, to that under its share; `None`, and `x` as it was, where a tangent is not
@@ -104,8 +99,7 @@ impl Newton {
         let found = self.steps_ahead(potential, x, (stop, &mut *ahead), watch)?;
         if let Some(end) = found {
             let (value, magnitude) = potential.value(x);
-            let falls = value <= from + self.noise.of_value(magnitude);
-            if falls && self.is_foreseen(potential, (potential.origin, x), LEAP) {
+            if value <= from + self.noise.of_value(magnitude) {
                 return Ok(Some(end));
             }
         }
@@ -130,8 +124,6 @@ impl Newton {
         }
         let Ahead { share, known: Some(known), .. } = ahead else { return Ok(None) };
         let first = known.first_step(*share);
-        self.foreseen.clear();
-        self.foreseen.extend(x.iter().zip(&first.along).map(|(x, along)| x + along));
         let mut at = Place::new(x.len(), known.strain.clone());
         let mut is_second = self.go(potential, x, &mut at, &first);
         let (mut made, mut last) = (0, f64::INFINITY);
@@ -140,13 +132,16 @@ impl Newton {
             let residual = force / stop.scale;
             let stagnates = force > 0.5 * last && self.noise.explains(shell, &self.gradient);
             if residual <= stop.tolerance || stagnates {
+                if !is_near(potential, x, &first, LEAP) {
+                    break;
+                }
                 let harmless = residual <= WORST_RESIDUAL || self.hardly_lacks(potential, x)?;
                 let iterations = self.factorizations - before;
                 return Ok(Some(Convergence { converged: true, iterations, residual, harmless }));
             }
             last = force;
             let apart = if made > 1 { LEAP } else { LEAP_AT_ONCE };
-            if steps > 1 && !self.is_foreseen(potential, (potential.origin, x), apart) {
+            if steps > 1 && !is_near(potential, x, &first, apart) {
                 break;
             }
             let next = self.next_way(potential, &at)?;
@@ -214,11 +209,13 @@ impl Newton {
         if !self.holds() {
             return Ok(false);
         }
-        let way = self.way_down(potential)?.along;
-        potential
-            .free()
-            .enumerate()
-            .for_each(|(i, v)| self.direction[3 * i..3 * i + 3].copy_from_slice(way[v].as_slice()));
+        self.way_down(potential)?;
         Ok(self.hardly_moves(potential, x))
     }
+}
+
+/// Whether `x` is nearer to where a `first` step would have gone than `apart` times the way there, by mass.
+fn is_near(potential: &Potential, x: &[Vec3], first: &Way, apart: f64) -> bool {
+    let off = |v: usize| x[v] - (potential.origin[v] + first.along[v]);
+    mass_norm(potential.shell, off) <= apart * mass_norm(potential.shell, |v| first.along[v])
 }

@@ -4,8 +4,8 @@
 //! place of a factorization. Or the factor is the tangent's own, in single precision ([`super::single`]).
 
 use super::Newton;
+use crate::Result;
 use crate::reference::potential::Potential;
-use crate::{Result, Vec3};
 
 /// A search that is slower than this part of an even pace, by the logarithm of what is left, is given up. A product costs as much as an eighth
 /// of a factorization, and most that are too slow are so from the first one on.
@@ -88,23 +88,6 @@ impl Newton {
         }
         let slope = self.slope(potential);
         Ok(enough && slope < 0.0 && slope.is_finite())
-    }
-
-    /// Whether `x`, where the last search led from `from`, is nearer to where its first step would have gone than `apart` times the way there, by mass.
-    pub(in crate::reference) fn is_foreseen(
-        &self,
-        potential: &Potential,
-        (from, x): (&[Vec3], &[Vec3]),
-        apart: f64,
-    ) -> bool {
-        if self.foreseen.is_empty() {
-            return true; // it took no step
-        }
-        let mass = &potential.shell.mass;
-        let squared =
-            |of: &dyn Fn(usize) -> Vec3| potential.free().map(|v| mass[v] * of(v).norm_squared()).sum::<f64>();
-        let [off, way] = [squared(&|v| x[v] - self.foreseen[v]), squared(&|v| self.foreseen[v] - from[v])];
-        off <= apart * apart * way
     }
 }
 
