@@ -27,9 +27,6 @@ const SMALLEST_INCREMENT: f64 = 1e-4;
 /// Up to this share of the load, an increment that takes too many iterations is not halved: the shell is on its way down.
 const SNAPPING: f64 = 0.3;
 
-/// The same for a load that is not followed over snaps: the next increment corrects what this one left.
-const LOOSE_ALONG: f64 = 1e-2;
-
 /// The shortest increment before a snap. The shape within a thirtieth of the load before it is nearly the last one.
 const SHORTEST_ALONG: f64 = 0.03;
 
@@ -264,7 +261,7 @@ impl LoadPath {
         solver.origin.copy_from_slice(&solver.x);
         let shares = self.first.iter().zip(forces).map(|(first, last)| first.lerp(last, load));
         solver.force.iter_mut().zip(shares).for_each(|(f, share)| *f = share);
-        let tolerance = if load < 1.0 { LOOSE_ALONG.max(options.tolerance) } else { options.tolerance };
+        let tolerance = if load < 1.0 { LOOSE_TOLERANCE.max(options.tolerance) } else { options.tolerance };
         let stop = Stop { tolerance, scale: self.scale, max_iterations: options.max_iterations };
         let Solver { shell, newton, origin, x, force, points, .. } = solver;
         let (constraints, points) = (&Constraints::none(), Solver::points(points));

@@ -1,7 +1,7 @@
 //! Newton's method with the stress as an unknown ends where the energy's does, sooner.
 
 use crate::common::{equilateral_sheet, gravity, leaf, mass_error, reference};
-use nalgebra::{Matrix3, UnitQuaternion};
+use nalgebra::{DMatrix, Matrix3, UnitQuaternion};
 use shellwarp::constraint::{Constraint, Target};
 use shellwarp::energy::{Curvature, Mat3, Stress};
 use shellwarp::material::PRESETS;
@@ -184,6 +184,42 @@ fn steps_by_a_tangent_that_is_held_end_where_newton_s_end_with_fewer_factorizati
         let [few, many] = [&held, &newton].map(Solver::factorizations);
         assert!(5 * few <= 4 * many, "{few} and {many}");
     }
+}
+
+/// A flat strip that is pushed along itself stays flat, and what it balances grows by the load. Past its buckling that is no stable shape.
+#[test]
+fn a_strip_that_is_pushed_along_itself_is_not_followed_past_its_buckling() {
+    let shell = Arc::new(reference("flat_beam").0);
+    let rest = vec![Vec3::zeros(); shell.mass.len()];
+    let options = EquilibriumOptions { follow_snaps: false, ..Default::default() };
+    let ends = [1e-7, 1e-6, 3e-6, 1e-5, 3e-5, 1e-4, 1e-3].map(|size| {
+        let forces = gravity(&shell, [-1.0, 0.0, 0.0], size);
+        let mut solver = Solver::new(shell.clone()).unwrap();
+        let whole = solver.equilibrium(&rest, &forces, &options, &mut |_| Ok(())).is_ok();
+        (whole, is_stable(&shell, &solver.reached()))
+    });
+    println!("{ends:?}");
+    assert!(ends.iter().all(|(_, stable)| *stable), "{ends:?}");
+    assert!(ends[0].0 && !ends[6].0, "{ends:?}");
+}
+
+/// Whether the Hessian of the energy is positive definite at displacements.
+fn is_stable(shell: &Shell, u: &[Vec3]) -> bool {
+    let x: Vec<Vec3> = shell.mesh.positions.iter().zip(u).map(|(x, u)| x + u).collect();
+    let mut place = vec![usize::MAX; x.len()];
+    shell.free.iter().enumerate().for_each(|(i, v)| place[*v as usize] = i);
+    let n = 3 * shell.free.len();
+    let mut matrix = DMatrix::zeros(n, n);
+    shell.energy.visit_hessian(&x, Curvature::Exact, &mut |(vertices, blocks)| {
+        for (k, block) in blocks.iter().enumerate() {
+            let [i, j] = [k / vertices.len(), k % vertices.len()].map(|i| place[vertices[i] as usize]);
+            if i < usize::MAX && j < usize::MAX {
+                let mut part = matrix.fixed_view_mut::<3, 3>(3 * i, 3 * j);
+                part += block;
+            }
+        }
+    });
+    matrix.cholesky().is_some()
 }
 
 #[test]

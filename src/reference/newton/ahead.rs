@@ -2,7 +2,8 @@
 //!
 //! A search goes first where the load leads, and then on by the same tangent as long as each step is much shorter than the last one. Else the
 //! tangent is made anew where the search is. Where that is not positive definite the shell is about to snap, and the search is given up. The next
-//! one, under a smaller share, begins at the same shape: where the load leads from there, to second order, is kept.
+//! one, under a smaller share, begins at the same shape: where the load leads from there, to second order, is kept. An end that no tangent was made
+//! on the way to is examined by one, which the next search begins by.
 
 use super::held::{Held, Place, Rows, Way};
 use super::{Convergence, Newton, Stop, WORST_RESIDUAL};
@@ -134,6 +135,12 @@ impl Newton {
             if residual <= stop.tolerance || stagnates {
                 if !is_near(potential, x, &first, LEAP) {
                     break;
+                }
+                if made == 0 {
+                    watch(residual)?;
+                    if !self.hold(potential, x, &at.strain)? {
+                        break;
+                    }
                 }
                 let harmless = residual <= WORST_RESIDUAL || self.hardly_lacks(potential, x)?;
                 let iterations = self.factorizations - before;
