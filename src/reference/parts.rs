@@ -136,8 +136,8 @@ impl Parts {
     }
 
     /// Both of these, and the strains for [`Parts::read_strains`]; false, and nothing done, where one thread is to do it.
-    pub fn both_gradients(&mut self, shell: &Shell, x: &[Vec3], stress: &[f64], both: [&mut [Vec3]; 2]) -> bool {
-        self.sum(shell, x, &mut { both }, &|Part { energy, elements, x, other, stress: strains, .. }| {
+    pub fn both_gradients(&mut self, shell: &Shell, x: &[Vec3], stress: &[f64], mut both: [&mut [Vec3]; 2]) -> bool {
+        self.sum(shell, x, &mut both, &|Part { energy, elements, x, other, stress: strains, .. }| {
             let mut each = elements.iter().map(|e| stress[*e as usize]);
             strains.clear();
             let (own, mixed) = other.split_at_mut(x.len());
