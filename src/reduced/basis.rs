@@ -52,6 +52,8 @@ pub fn columns<F: AsRef<[Vec3]>>(shell: &Shell, fields: &[F]) -> Mat<f64> {
 /// Of the lowest elastic eigenvalue, what is added to all where a shell can move freely; each round leaves as much of what it takes.
 const SHIFT: f64 = 1e-4;
 const ROUNDS: usize = 3;
+/// Of a load, what counts as nothing where inertia takes the rest.
+const ROUNDED: f64 = 1e-12;
 
 /// Rigid motions that supports leave free (M-orthonormal), and the lowest eigenvalue beside them.
 pub type Loose<'a> = (&'a [Vec<Vec3>], f64);
@@ -106,7 +108,13 @@ impl<'a> RestSolver<'a> {
             let inside = self.rigid.transpose() * &*y;
             *y -= &self.rigid * inside;
         };
+        let whole: Vec<f64> = right.col_iter().map(|y| y.norm_l2()).collect();
         balance(right);
+        for (mut y, whole) in right.col_iter_mut().zip(whole) {
+            if y.norm_l2() <= ROUNDED * whole {
+                y.fill(0.0);
+            }
+        }
         let mut solution = Mat::zeros(right.nrows(), right.ncols());
         for _ in 0..ROUNDS {
             let mut next = &*right + &solution * faer::Scale(self.shift);

@@ -69,7 +69,8 @@ pub fn fields(
     let rest = strains_at_rest(shell);
     let part = |sign: f64, u: &[Vec3]| part(shell, sign, u, rest.as_deref());
     let own = threads::map(bent, work(2 * bent.len()), |u| part(1.0, u));
-    let linear: Vec<&Vec<Vec3>> = bent.iter().chain(responses).collect();
+    let responses: Vec<Vec<Vec3>> = responses.iter().map(|u| of_the_size(shell, u)).collect();
+    let linear: Vec<&Vec<Vec3>> = bent.iter().chain(&responses).collect();
     let mut first = threads::map(&linear, work(2 * linear.len()), |u| part(-1.0, u));
     let largest = first[..bent.len()].iter().map(|strain| norm(strain)).fold(0.0, f64::max);
     first.extend(rest.clone().filter(|rest| norm(rest) > STRAINED * largest));
@@ -89,6 +90,17 @@ pub fn fields(
     basis::extend(&mut stresses, columns(&first), first.len())?;
     basis::extend(&mut stresses, columns(&candidates), wanted)?;
     Ok(stresses)
+}
+
+/// A displacement at about the size of the shell: its differences are not rounding then, in whatever units its stiffness is.
+fn of_the_size(shell: &Shell, u: &[Vec3]) -> Vec<Vec3> {
+    let longest = u.iter().map(|u| u.norm()).fold(0.0, f64::max);
+    if longest == 0.0 {
+        return u.to_vec();
+    }
+    // A power of two: in units of stiffness that are one from these, the bits are the same.
+    let scale = libm::exp2(libm::round(libm::log2(shell.mesh.size / longest)).min(1000.0));
+    u.iter().map(|u| scale * u).collect()
 }
 
 /// Of length 1, or 0.

@@ -445,7 +445,7 @@ impl Led {
 #[test]
 fn a_state_that_a_handle_leads_and_the_warp_are_set_against_the_equilibrium_that_its_way_leads_to() {
     // Trained on few equilibria: with all of them it is nearer than the warp.
-    let reduced = reduced::Options { fields: 24, poses: 26, ..Default::default() };
+    let reduced = reduced::Options { fields: 28, poses: 22, ..Default::default() };
     let led = Led::new("cylinder", (List::Fresh, "handle 5"), reduced);
     let [mut own, paper, full] =
         [Method::ReducedShell, Method::Warp, Method::ImplicitShell].map(|method| led.to(&[0.1, 0.2, 0.5], method));

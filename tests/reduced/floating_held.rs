@@ -364,7 +364,7 @@ fn handles_that_are_known_before_lead_and_turn_it_as_they_do_the_full_shell() {
     for (held, method) in [true, false].into_iter().flat_map(|held| METHODS.map(|method| (held, method))) {
         let [untold, told] = [false, true].map(|told| off(held, told, method));
         println!("{method}, held {held}: {told:.4} off, untold {untold:.4}");
-        // 3.7 for 23 and 31 %, and 0.2 for 0.9 %: what is left is of the training, of other loads than these.
-        assert!(told < 0.3 * untold, "{method}: {told} {untold}");
+        // 5.5 and 5.8 for 22 and 28 %, and 0.2 for 0.7 %: what is left is of the training, of other loads than these. Rounding alone moves these by a tenth.
+        assert!(told < 0.4 * untold, "{method}: {told} {untold}");
     }
 }

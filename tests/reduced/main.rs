@@ -25,6 +25,7 @@ mod reduced_handles;
 mod reduced_motion;
 mod reduced_stressed;
 mod step_error;
+mod units;
 mod unloaded;
 mod weight;
 mod yielding;

@@ -143,7 +143,7 @@ fn units(library: &Library) -> Vec<Cell> {
                 Family::Shell => {
                     "coordinates keep 16 digits, of which the offset takes its share from the strains".into()
                 }
-                Family::Reduced => "stress fields follow from differences of small responses, near rounding".into(),
+                Family::Reduced => "samples are chosen one by one, where rounding may turn a choice".into(),
                 _ => "coordinates keep 16 digits, of which the offset takes its share from the modes".to_owned(),
             };
             // 32 bits of basis, Newton's tolerance of the shell, and 1e-10 of coordinates far away over strains of 1e-4.
