@@ -16,7 +16,7 @@ export CMAKE_BUILD_PARALLEL_LEVEL ?= $(JOBS)
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
 .PHONY: help build native demo test test-bare test-cargo test-c test-render test-blender demo-blender install package blender-addon header \
-    python-abi docs-api test-docs lint fuzz check-memory check-threads check-miri check-guard bench bench-assets bench-auto-steps bench-binding bench-bounded bench-contact bench-contact-peers bench-correction bench-dynamics bench-front bench-fronts bench-handles bench-judging bench-instructions bench-leave-out bench-polynomial bench-precompute bench-same-bits bench-small-loads bench-solver bench-training build-report report report-docs report-stability \
+    python-abi docs-api test-docs lint fuzz check-memory check-threads check-miri check-guard bench bench-assets bench-auto-steps bench-binding bench-bounded bench-contact bench-contact-peers bench-correction bench-dynamics bench-front bench-fronts bench-handles bench-judging bench-instructions bench-leave-out bench-looks bench-polynomial bench-precompute bench-same-bits bench-small-loads bench-solver bench-training build-report report report-docs report-stability \
     test-report clean
 .PHONY: npm release-check release-facts theory-pictures contact-pictures dist test-dist test-platforms dist-again render-mesh-picture proxy-picture moving-supports-picture materials-picture maya-module houdini-package plugin-zip cli check-platforms wasm test-wasm playground test-playground page-pictures tutorial-pictures docs scene-schema notices wheel pictures bench-leaf farm-demo farm-sweep farm-costs bench-slepc
 
@@ -333,6 +333,10 @@ bench-handles: ## shells that handles lead, which the precompute was told, again
 bench-small-loads: build ## ten shells under loads that are small beside those of their training, against the full shell: docs/evidence/front.md
 	@sh cmake/bootstrap.sh python
 	SHELLWARP_LIBRARY=$(LIBRARY) .venv/bin/python tests/bench/small_loads.py --docs docs/evidence/front.md
+
+bench-looks: build ## what a training within a second costs in error: docs/evidence/training.md
+	@sh cmake/bootstrap.sh python
+	SHELLWARP_LIBRARY=$(LIBRARY) .venv/bin/python tests/bench/looks.py --docs docs/evidence/training.md
 
 bench-auto-steps: build ## what a step costs where SW_METHOD_AUTO is the full shell: docs/guide/methods.md
 	@sh cmake/bootstrap.sh python
