@@ -334,7 +334,7 @@ bench-small-loads: build ## ten shells under loads that are small beside those o
 	@sh cmake/bootstrap.sh python
 	SHELLWARP_LIBRARY=$(LIBRARY) .venv/bin/python tests/bench/small_loads.py --docs docs/evidence/front.md
 
-bench-looks: build ## what a training within a second costs in error: docs/evidence/training.md
+bench-looks: build ## what a training within a second costs in error, and how long bowls train: docs/evidence/training.md
 	@sh cmake/bootstrap.sh python
 	SHELLWARP_LIBRARY=$(LIBRARY) .venv/bin/python tests/bench/looks.py --docs docs/evidence/training.md
 

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""What a look costs in error: a section of docs/evidence/training.md. `make bench-looks` runs it.
+"""What a look costs in error, and how long bowls train: two sections of docs/evidence/training.md. `make bench-looks` runs it.
 
     looks.py [--docs FILE]
 
 Four shells of 1,000 vertices with 8 modes and 40 fields, trained whole and within `reduced_seconds` = 1. Each rests under gravity along twelve
 random directions. It grows until the full shell has moved by 0.1 to 0.3 of the shell's size; loads that snap it past that are left out. The
-error is |u - u_full| / |u_full| over all vertices.
+error is |u - u_full| / |u_full| over all vertices. Bowls are trained whole.
 """
 
 import argparse
@@ -19,7 +19,7 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT / "host_examples/python"), str(ROOT / "tests/bench")]
 import shellwarp as sw  # noqa: E402
 from sections import put_section  # noqa: E402
-from small_loads import grid  # noqa: E402
+from small_loads import MATERIALS, grid, sphere  # noqa: E402
 
 METHODS = {"polynomial-shell": "polynomial", "reduced-shell": "samples"}
 LEAF = sw.Material(area=1e4, length=1e4, bend=0.1, density=1.0)
@@ -96,6 +96,19 @@ def row(name, across, along, place, material):
     return f"| {name} | {len(points)} | {seconds} s | {count} of 12 | " + " | ".join(cells) + " |\n"
 
 
+def bowls():
+    """The table of bowls, held at the bottom or along the rim."""
+    lines = "| held | material | vertices | precompute |\n|---|---|---|---|\n"
+    points, triangles = grid(36, 12, lambda u, v: sphere(u, numpy.pi * (0.88 - 0.38 * v)), closed=True)
+    rings = {"at its bottom": points[:, 2].min(), "along its rim": points[:, 2].max()}
+    for held, height in rings.items():
+        for name, material in (MATERIALS | {"felt": FELT}).items():
+            fixed = numpy.flatnonzero(abs(points[:, 2] - height) < 1e-6)
+            _, seconds = trained(sw.Shell(points, triangles, material, fixed=fixed))
+            lines += f"| {held} | {name} | {len(points)} | {seconds:.1f} s |\n"
+    return lines
+
+
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("--docs")
@@ -107,8 +120,11 @@ def main():
         line = row(name, *shell)
         print(line, end="", flush=True)
         table += line
+    of_bowls = bowls()
+    print(f"\n{of_bowls}", end="")
     if docs:
         put_section(docs, "looks", table)
+        put_section(docs, "bowls", of_bowls)
 
 
 if __name__ == "__main__":
