@@ -2341,6 +2341,8 @@ typedef struct SwEquilibriumReport {
   // to the shell's own stiffness. Under a small load it may be as large as the load: rounding of
   // the coordinates, where that moves the shell by less than a thousandth of its displacement.
   double residual;
+  // That it took; 0 where there is no clock, as in a WebAssembly module.
+  double seconds;
 } SwEquilibriumReport;
 
 // Moves the state to the static solution of its method under the present loads and constraints, at
@@ -2355,6 +2357,22 @@ typedef struct SwEquilibriumReport {
 // SW_ERROR_BUSY.
 SwStatus sw_state_equilibrium(struct SwState *state,
                               struct SwEquilibriumReport *report);
+
+// Hears of a search after each iteration what it leaves of the force, relative, on the thread that
+// called it. Where the search goes on from another start, or another one follows, it rises again.
+// Must return SW_PROGRESS_CONTINUE or SW_PROGRESS_CANCEL, as SwProgressFn, and must not destroy the
+// state. Calls for the state from there may get SW_ERROR_BUSY.
+typedef uint32_t (*SwWatchFn)(void *user, double residual);
+
+// As sw_state_equilibrium, with a callback that hears how the search goes and may cancel: then
+// nothing has moved. It hears of each iteration of nonlinear shells and of modal methods, and of
+// each share of the load of reduced ones: dozens of their iterations. `watch` may be NULL.
+// Errors: as of sw_state_equilibrium, SW_ERROR_CANCELLED, SW_ERROR_INVALID_ARGUMENT for an answer
+// that is neither.
+SwStatus sw_state_equilibrium_watched(struct SwState *state,
+                                      struct SwEquilibriumReport *report,
+                                      SwWatchFn watch,
+                                      void *user);
 
 /* What a step consists of ---------------------------------------------------------------------- */
 
@@ -2467,12 +2485,9 @@ typedef struct SwCertificate {
   double corrected_error;
   // As max_error, of these.
   double corrected_max_error;
+  // That it took; 0 where there is no clock, as in a WebAssembly module.
+  double seconds;
 } SwCertificate;
-
-// Hears of sw_state_certify_watched after each iteration, on the thread that called it, what it
-// leaves of the force, relative: it ends at 1e-6 or less. Must return SW_PROGRESS_CONTINUE or
-// SW_PROGRESS_CANCEL, as SwProgressFn, and must not destroy the state.
-typedef uint32_t (*SwWatchFn)(void *user, double residual);
 
 // Estimates what a state gets wrong against the full nonlinear shell, under the loads, constraints
 // and frame as they are now, by a few Newton steps of the full shell from the present pose. At rest
@@ -2530,6 +2545,15 @@ SwStatus sw_state_certify_watched(const struct SwState *state,
 SwStatus sw_state_correct(struct SwState *state,
                           uint32_t steps);
 
+// As sw_state_correct, with a callback that hears of each step, and of each iteration of
+// SW_STEPS_AUTO, and may cancel. Then what was kept before stays. `watch` may be NULL.
+// Errors: as of sw_state_correct, SW_ERROR_CANCELLED, SW_ERROR_INVALID_ARGUMENT for an answer that
+// is neither.
+SwStatus sw_state_correct_watched(struct SwState *state,
+                                  uint32_t steps,
+                                  SwWatchFn watch,
+                                  void *user);
+
 // Positions (n_vertices x 3) where sw_state_correct led since the last step. Without that, they are
 // where `steps` Newton steps of the full nonlinear shell lead from the state's pose, or from what
 // an earlier frame kept. Loads are those that are set now, and the inertia is the method's. For
@@ -2571,6 +2595,15 @@ SwStatus sw_state_positions_corrected(const struct SwState *state,
 // Errors: as of sw_state_certify, SW_ERROR_NUMERICAL where neither method has an estimate.
 SwStatus sw_state_fall_back(struct SwState *state,
                             struct SwCertificate *certificate);
+
+// As sw_state_fall_back, with a callback that hears of each iteration of all that it seeks, and may
+// cancel: then nothing has changed. `watch` may be NULL.
+// Errors: as of sw_state_fall_back, SW_ERROR_CANCELLED, SW_ERROR_INVALID_ARGUMENT for an answer
+// that is neither.
+SwStatus sw_state_fall_back_watched(struct SwState *state,
+                                    struct SwCertificate *certificate,
+                                    SwWatchFn watch,
+                                    void *user);
 
 // Goes on by another SW_METHOD_..., from the pose and velocities nearest to the present ones in the
 // mass norm, with the same time, frame, loads, damping, constraints and integrator: when

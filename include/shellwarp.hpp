@@ -54,6 +54,16 @@ struct Destroy {
   void operator()(SwProxy *proxy) const noexcept { sw_proxy_destroy(proxy); }
 };
 
+/* What a search asks after each iteration, given `watched` as the user: SwWatchFn. */
+template <class Watch>
+uint32_t asks(void *watch, double residual) noexcept {
+  return (*static_cast<Watch *>(watch))(residual) ? SW_PROGRESS_CONTINUE : SW_PROGRESS_CANCEL;
+}
+template <class Watch>
+void *watched(Watch &watch) noexcept {
+  return const_cast<void *>(static_cast<const void *>(&watch));
+}
+
 }  // namespace detail
 
 /* Descriptors with every field at its default. */
@@ -460,6 +470,13 @@ public:
     check(sw_state_equilibrium(get(), &report));
     return report;
   }
+  /* The same; `watch`, called with what an iteration leaves of the force, may stop it by returning false: then nothing has moved. */
+  template <class Watch>
+  SwEquilibriumReport equilibrium(Watch &&watch) {
+    SwEquilibriumReport report = detail::initialized<SwEquilibriumReport>();
+    check(sw_state_equilibrium_watched(get(), &report, detail::asks<std::remove_reference_t<Watch>>, detail::watched(watch)));
+    return report;
+  }
 
   Amplitudes amplitudes() const {
     uint32_t count = 0;
@@ -507,6 +524,11 @@ public:
   /* Newton steps of the full shell that go on from frame to frame, for output alone: once after a frame's steps, before positions_corrected. SW_STEPS_AUTO, for
      both, is for equilibria that fields do not hold. */
   void correct(uint32_t steps) { check(sw_state_correct(get(), steps)); }
+  /* The same, with a `watch` as of `equilibrium`. */
+  template <class Watch>
+  void correct(uint32_t steps, Watch &&watch) {
+    check(sw_state_correct_watched(get(), steps, detail::asks<std::remove_reference_t<Watch>>, detail::watched(watch)));
+  }
 
   /* Where `correct` led, or else after `steps` Newton steps of the full shell, for output alone. */
   void positions_corrected(uint32_t steps, double *out, uint32_t n_vertices, uint32_t space = SW_SPACE_WORLD,
@@ -546,17 +568,19 @@ public:
   template <class Watch>
   SwCertificate certify(Watch &&watch) const {
     SwCertificate certificate = detail::initialized<SwCertificate>();
-    using Function = std::remove_reference_t<Watch>;
-    const auto call = [](void *user, double residual) noexcept -> uint32_t {
-      return (*static_cast<Function *>(user))(residual) ? SW_PROGRESS_CONTINUE : SW_PROGRESS_CANCEL;
-    };
-    check(sw_state_certify_watched(get(), &certificate, call, const_cast<void *>(static_cast<const void *>(&watch))));
+    check(sw_state_certify_watched(get(), &certificate, detail::asks<std::remove_reference_t<Watch>>, detail::watched(watch)));
     return certificate;
   }
   /* Goes on by the paper's warp where that is nearer to it; of the method that goes on, which it names. */
   SwCertificate fall_back() {
     SwCertificate certificate = detail::initialized<SwCertificate>();
     check(sw_state_fall_back(get(), &certificate));
+    return certificate;
+  }
+  template <class Watch>
+  SwCertificate fall_back(Watch &&watch) {
+    SwCertificate certificate = detail::initialized<SwCertificate>();
+    check(sw_state_fall_back_watched(get(), &certificate, detail::asks<std::remove_reference_t<Watch>>, detail::watched(watch)));
     return certificate;
   }
   /* Goes on by another SW_METHOD_... from the nearest pose. */

@@ -89,11 +89,15 @@ pub(crate) fn try_zeroed<T: Clone + Default>(what: &str, len: usize) -> Result<V
     Ok(v)
 }
 
+/// Fails where neither a result is, nor none as below: memory does not suffice, or the work was stopped.
+pub(crate) fn none_or_found<T>(found: Result<T>) -> Result<Result<T>> {
+    match found {
+        Err(error) if !matches!(error.kind, ErrorKind::Numerical | ErrorKind::Unsupported) => Err(error),
+        found => Ok(found),
+    }
+}
+
 /// Nothing where numbers, this shell or this build have none.
 pub(crate) fn unless_none<T>(found: Result<T>) -> Result<Option<T>> {
-    match found {
-        Ok(found) => Ok(Some(found)),
-        Err(error) if matches!(error.kind, ErrorKind::Numerical | ErrorKind::Unsupported) => Ok(None),
-        Err(error) => Err(error),
-    }
+    Ok(none_or_found(found)?.ok())
 }

@@ -29,10 +29,10 @@ ComparisonRow settle(const Scene &scene, const Mesh &mesh, const shellwarp::Mode
   for (double &g : one.gravity) g *= row.gravity / length;
   shellwarp::State state = make_state(one, mesh, model);
   try {
-    row.residual = state.equilibrium().residual;
+    row.residual = state.equilibrium(UntilInterrupted()).residual;
   } catch (const shellwarp::Error &error) {
-    if (error.status() != SW_ERROR_NUMERICAL) throw;
-    return row;  // this method has no answer here, which is a result
+    if (error.status() != SW_ERROR_NUMERICAL && error.status() != SW_ERROR_CANCELLED) throw;
+    return row;  // this method has no answer here, which is a result, or was stopped
   }
   row.found = true;
   const SwStateReport report = state.report();

@@ -39,7 +39,7 @@ void estimate_errors(bool quiet, Run &run) {
     if (interrupted()) break;
     watch.at(static_cast<uint32_t>(&kept - run.judged.data()));
     try {
-      run.estimates.push_back(estimate_at(run.frames[kept.frame], kept.state->certify()));
+      run.estimates.push_back(estimate_at(run.frames[kept.frame], kept.state->certify(UntilInterrupted())));
     } catch (const shellwarp::Error &) {  // there is none of this shape
     }
   }
@@ -68,7 +68,7 @@ void certify(const Scene &scene, const RunOptions &options, shellwarp::State &st
   {
     const Watch watch("estimating the error", options.quiet);
     try {
-      run.certificate = state.certify();
+      run.certificate = state.certify(UntilInterrupted());
     } catch (const shellwarp::Error &error) {
       run.uncertified = error.what();
     }

@@ -16,6 +16,10 @@ void catch_signals();
 bool interrupted();
 // That, by Ctrl-C: whoever did wants to see what there is.
 bool stopped_by_user();
+// The watch of a search: it goes on until then.
+struct UntilInterrupted {
+  bool operator()(double) const { return !interrupted(); }
+};
 
 bool stderr_is_terminal();
 

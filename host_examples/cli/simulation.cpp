@@ -91,7 +91,8 @@ void record(const Scene &scene, uint32_t frame, const Mesh &mesh, shellwarp::Sta
     if (scene.push_out)
       run.deepest_left = std::max(run.deepest_left, state.positions_outside(positions.data(), n_vertices));
     else if (scene.correction_steps > 0) {
-      if (frame > 0 || scene.correction_steps != SW_STEPS_AUTO) state.correct(scene.correction_steps);
+      const auto watch = [frame](double) { return frame == 0 || !interrupted(); };  // whatever is told of a run has a first frame
+      if (frame > 0 || scene.correction_steps != SW_STEPS_AUTO) state.correct(scene.correction_steps, watch);
       state.positions_corrected(scene.correction_steps, positions.data(), n_vertices);
     } else
       state.positions(positions.data(), n_vertices);
@@ -114,7 +115,7 @@ void move_to_equilibrium(const Scene &scene, SupportMotion &supports, std::vecto
   move_handles(handles, scene.duration, state);
   move_colliders(scene.colliders, scene.duration, scene.frame_rate, state);
   Stopwatch stopwatch(run.step_seconds);
-  run.equilibrium = state.equilibrium();
+  run.equilibrium = state.equilibrium(UntilInterrupted());
 }
 
 // Keeps frames to be judged: some evenly spaced, and the most displaced of those between the first and the last.
@@ -208,12 +209,18 @@ Run simulate(const Scene &scene, uint32_t n_frames, const Mesh &mesh, std::vecto
   Watch watch(scene.is_static ? "finding the equilibrium" : "stepping", quiet, scene.is_static ? 0 : n_frames);
   for (uint32_t frame = 1; frame <= n_frames; ++frame) {
     if (twin) twin->before(frame);
-    if (scene.is_static)
-      move_to_equilibrium(scene, supports, handles, state, run);
-    else
-      step_to_next_frame(scene, supports, handles, state, run);
-    if ((run.interrupted = interrupted())) break;  // perhaps in the middle of a frame
-    record(scene, frame, mesh, state, positions, run, cache, film, keep.states, render);
+    try {
+      if (scene.is_static)
+        move_to_equilibrium(scene, supports, handles, state, run);
+      else
+        step_to_next_frame(scene, supports, handles, state, run);
+      if ((run.interrupted = interrupted())) break;  // perhaps in the middle of a frame
+      record(scene, frame, mesh, state, positions, run, cache, film, keep.states, render);
+    } catch (const shellwarp::Error &error) {
+      if (error.status() != SW_ERROR_CANCELLED) throw;
+      run.interrupted = true;
+      break;
+    }
     if (twin) twin->after(frame, state);
     judged.note(frame, run.frames.back().report.max_displacement, state);
     audit.note(frame, state, run.frames.back().report);

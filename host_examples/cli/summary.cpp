@@ -164,6 +164,7 @@ void print_equilibrium(const SwEquilibriumReport &equilibrium) {
   heading("equilibrium");
   row("iterations", count(equilibrium.iterations));
   row("relative residual", format("%.1e", equilibrium.residual));
+  row("time", format("%.2g s", equilibrium.seconds));
 }
 
 void print_certificate(const SwCertificate &certificate, const std::string &unit) {
@@ -176,6 +177,7 @@ void print_certificate(const SwCertificate &certificate, const std::string &unit
     row("largest of what is shown", format("%.3g%s", certificate.corrected_max_error, unit.c_str()));
   }
   row("factorizations", count(certificate.factorizations));
+  row("time", format("%.2g s", certificate.seconds));
   if (certificate.remaining > kRoughAbove) row("rough: force left unbalanced", format("%.1e", certificate.remaining));
 }
 

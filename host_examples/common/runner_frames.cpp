@@ -7,7 +7,21 @@
 
 namespace host {
 
-void ShellRunner::begin(const Inputs &inputs, uint64_t key, bool exact) {
+namespace {
+
+template <class Search>
+void search_unless_interrupted(const Search &search) {
+  try {
+    search();
+  } catch (const shellwarp::Error &error) {
+    if (error.status() == SW_ERROR_CANCELLED) throw Interrupted();
+    throw;
+  }
+}
+
+}  // namespace
+
+void ShellRunner::begin(const Request &request, const Inputs &inputs, uint64_t key, bool exact) {
   cache_.drop_from(0);
   unit_ = inputs.object.scale;
   led_ = false;
@@ -28,7 +42,8 @@ void ShellRunner::begin(const Inputs &inputs, uint64_t key, bool exact) {
     state_->set_frame(frame);
   } else {
     led_ = stand(*state_, inputs, true);  // the first to be moved after a reset are simply placed
-    if (is_full_shell(method_taken(method_, model_->model().info()))) state_->equilibrium();  // it has its supports moved and nothing else
+    if (is_full_shell(method_taken(method_, model_->model().info())))  // it has its supports moved and nothing else
+      search_unless_interrupted([&] { state_->equilibrium(UntilInterrupted(request.interrupted)); });
   }
   colliders_.place(*state_, inputs, unit_, true);
   cache_.store(0, {state_->save(), key, 0, 0, static_cast<float>(inputs.stiffness_factor), exact, led_, seen(inputs, 0, key)});
@@ -47,7 +62,7 @@ void ShellRunner::reach(const Request &request, uint64_t frame, bool own_inputs)
     }
     cache_.drop_from(frame);
   }
-  if (!cache_.find(0)) begin(request.inputs, key, frame == 0 && own_inputs);
+  if (!cache_.find(0)) begin(request, request.inputs, key, frame == 0 && own_inputs);
   if (frame > 0)
     step_to(request, frame, key);
   else
@@ -102,13 +117,14 @@ void ShellRunner::step_to(const Request &request, uint64_t frame, uint64_t key) 
   const bool exact = base.exact && (!jump || still) && shaped && rested;
   for (uint64_t k = from + 1; k <= frame; ++k) {
     if (jump && request.interrupted && request.interrupted()) throw Interrupted();
-    advance(request.inputs, key, k, exact, jump && !still && k == from + 1);
+    advance(request, request.inputs, key, k, exact, jump && !still && k == from + 1);
   }
 }
 
-void ShellRunner::advance(const Inputs &inputs, uint64_t key, uint64_t frame, bool exact, bool teleport) {
+void ShellRunner::advance(const Request &request, const Inputs &inputs, uint64_t key, uint64_t frame, bool exact, bool teleport) {
+  live_ = kLoaded;  // should it not get there
   led_ = step(*state_, inputs, 1, teleport);
-  correct();
+  correct(request);
   live_ = frame;
   ++notes_.steps;
   missed_ = 0;
@@ -118,9 +134,9 @@ void ShellRunner::advance(const Inputs &inputs, uint64_t key, uint64_t frame, bo
 }
 
 // What is shown goes on from frame to frame. Where that fails, the motion goes on, and reading what is shown says why.
-void ShellRunner::correct() {
+void ShellRunner::correct(const Request &request) {
   try {
-    state_->correct(correction_steps_);
+    search_unless_interrupted([&] { state_->correct(correction_steps_, UntilInterrupted(request.interrupted)); });
   } catch (const shellwarp::Error &) {
     state_->correct(0);
   }
@@ -144,10 +160,10 @@ std::shared_ptr<const Inputs> ShellRunner::seen(const Inputs &inputs, uint64_t f
 void ShellRunner::replay(const Request &request, const std::vector<StateCache::Entry> &before) {
   live_ = kLoaded;
   if (before.empty() || !before[0].seen || !before[0].exact) return;
-  begin(*before[0].seen, before[0].inputs, true);
+  begin(request, *before[0].seen, before[0].inputs, true);
   for (uint64_t k = 1; k < before.size() && before[k].seen && before[k].exact; ++k) {
     if (request.interrupted && request.interrupted()) throw Interrupted();
-    advance(*before[k].seen, before[k].inputs, k, true, false);
+    advance(request, *before[k].seen, before[k].inputs, k, true, false);
   }
 }
 

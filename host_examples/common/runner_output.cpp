@@ -17,18 +17,12 @@ static std::string of_full_shell(uint32_t method, const SwModelInfo &info) {
 static std::string certificate_of(const shellwarp::State &state, std::pair<uint32_t, SwModelInfo> model, uint32_t steps, const std::function<bool()> &interrupted) {
   const auto &[method, info] = model;
   if (is_full_shell(method_taken(method, info))) return of_full_shell(method, info);
-  const auto watch = [&interrupted](double) {
-    try {
-      return !interrupted || !interrupted();
-    } catch (...) {
-      return false;  // a host that cannot even be asked is not kept waiting
-    }
-  };
+  const UntilInterrupted watch(interrupted);
   try {
     SwCertificate found = state.certify(watch);
     if (steps > 0 && found.corrected_error == found.error) {  // none are kept: they are taken where they are read
       shellwarp::State copy = state.clone();
-      copy.correct(steps);
+      copy.correct(steps, watch);
       found = copy.certify(watch);
     }
     const double percent = 100 * (steps > 0 ? found.corrected_error : found.error);  // of what is shown

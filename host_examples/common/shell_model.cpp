@@ -125,6 +125,14 @@ shellwarp::Model make_model(const Mesh &mesh, const Build &build) {
 
 }  // namespace
 
+bool UntilInterrupted::operator()(double) const noexcept {
+  try {
+    return !interrupted_ || !interrupted_();
+  } catch (...) {
+    return false;  // a host that cannot even be asked is not kept waiting
+  }
+}
+
 std::vector<uint32_t> patches_near(Mesh mesh, const Build &build, const std::vector<const SwCollider *> &solids, const std::vector<double> &poses, double distance) {
   mesh.cut();
   return make_model(mesh, build).patches_near(solids, poses, distance, build.most_patches);
@@ -141,9 +149,9 @@ uint32_t report_progress(void *user, uint32_t phase, double fraction) noexcept {
   try {
     const Listener &listener = *static_cast<const Listener *>(user);
     if (listener.progress) listener.progress(phase, fraction);
-    return listener.interrupted && listener.interrupted() ? SW_PROGRESS_CANCEL : SW_PROGRESS_CONTINUE;
+    return UntilInterrupted(listener.interrupted)(fraction) ? SW_PROGRESS_CONTINUE : SW_PROGRESS_CANCEL;
   } catch (...) {
-    return SW_PROGRESS_CANCEL;  // a host that cannot even be asked is not kept waiting
+    return SW_PROGRESS_CANCEL;  // nor is one that cannot be told
   }
 }
 

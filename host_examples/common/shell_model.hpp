@@ -24,6 +24,16 @@ public:
   Interrupted() : std::runtime_error("stopped by the user; the next evaluation tries again") {}
 };
 
+// The watch of a search: it goes on until the host says that the user has had enough.
+class UntilInterrupted {
+public:
+  explicit UntilInterrupted(const std::function<bool()> &interrupted) : interrupted_(interrupted) {}
+  bool operator()(double) const noexcept;
+
+private:
+  const std::function<bool()> &interrupted_;
+};
+
 class ShellModel {
 public:
   // `gravity` is its strength in the object's unit and the scene's seconds: a choice of method is made for it, in any direction.

@@ -76,13 +76,13 @@ private:
   void check_led(const Request &request) const;
   void move_supports(Request &request, const At &at);
   void restart(const Request &request);
-  void begin(const Inputs &inputs, uint64_t key, bool exact);
+  void begin(const Request &request, const Inputs &inputs, uint64_t key, bool exact);
   void reach(const Request &request, uint64_t frame, bool own_inputs);
   void load(const StateCache::Entry &entry, const Inputs &inputs);
   void return_to(const Request &request, uint64_t frame);
   void step_to(const Request &request, uint64_t frame, uint64_t key);
-  void advance(const Inputs &inputs, uint64_t key, uint64_t frame, bool exact, bool teleport);
-  void correct();
+  void advance(const Request &request, const Inputs &inputs, uint64_t key, uint64_t frame, bool exact, bool teleport);
+  void correct(const Request &request);
   void show(const Request &request, const At &at);
   bool step(shellwarp::State &state, const Inputs &inputs, double frames, bool teleport) const;  // as stand
   bool stand(shellwarp::State &state, const Inputs &inputs, bool teleport) const;  // true: supports were moved

@@ -1,13 +1,14 @@
 //! What a state gets wrong, and another method for it.
 
-use super::floats::as_the_host;
+use super::load::{SwWatchFn, ask};
 use super::method::{SW_METHOD_AUTO, method_of};
 use super::model::vertex_rows;
 use super::output::{space_of, write_own, write_places};
-use super::precompute::answered;
 use super::state::{SwState, reading, switching, writing};
 use super::status::{Fault, SwStatus};
 use super::structs::{Described, Output, described};
+use crate::clock::Instant;
+use crate::methods::Watch;
 use crate::state::{Certificate, Method, State};
 use std::ffi::c_void;
 
@@ -52,11 +53,9 @@ pub struct SwCertificate {
     pub corrected_error: f64,
     /// As max_error, of these.
     pub corrected_max_error: f64,
+    /// That it took; 0 where there is no clock, as in a WebAssembly module.
+    pub seconds: f64,
 }
-
-/// Hears of sw_state_certify_watched after each iteration, on the thread that called it, what it leaves of the force, relative: it ends at 1e-6
-/// or less. Must return SW_PROGRESS_CONTINUE or SW_PROGRESS_CANCEL, as SwProgressFn, and must not destroy the state.
-pub type SwWatchFn = Option<unsafe extern "C" fn(user: *mut c_void, residual: f64) -> u32>;
 
 described!(SwCertificate, remaining);
 
@@ -80,8 +79,9 @@ pub unsafe extern "C" fn sw_state_certify(state: *const SwState, certificate: *m
     // SAFETY: `reading` refuses NULL; the host passes a live state, and an initialised certificate, whose size is checked.
     unsafe {
         reading(state, |state| {
-            let out = Output::checked("certificate", certificate)?;
-            out.write(certificate_of(&state.certify()?, state.method()));
+            let (out, start) = (Output::checked("certificate", certificate)?, Instant::now());
+            let found = state.certify()?;
+            out.write(certificate_of(&found, state.method(), start));
             Ok(())
         })
     }
@@ -100,25 +100,23 @@ pub unsafe extern "C" fn sw_state_certify_watched(
     // SAFETY: `reading` refuses NULL; the host passes a live state, and an initialised certificate, whose size is checked.
     unsafe {
         reading(state, |state| {
-            let out = Output::checked("certificate", certificate)?;
-            let found = state.certify_watched(&mut |residual| {
-                let Some(watch) = watch else { return Ok(()) };
-                // SAFETY: the host gave this callback with this user pointer.
-                answered(as_the_host(|| watch(user, residual)))
-            })?;
-            out.write(certificate_of(&found, state.method()));
+            let (out, start) = (Output::checked("certificate", certificate)?, Instant::now());
+            // SAFETY: the host gave this callback with this user pointer.
+            let found = state.certify_watched(&mut |residual| ask(watch, user, residual))?;
+            out.write(certificate_of(&found, state.method(), start));
             Ok(())
         })
     }
 }
 
-fn certificate_of(found: &Certificate, method: Method) -> SwCertificate {
+fn certificate_of(found: &Certificate, method: Method, start: Instant) -> SwCertificate {
     let mut out = SwCertificate::initial();
     out.out_of_range = u32::from(found.out_of_range());
     (out.error, out.max_error, out.vertex) = (found.error, found.max_error, found.vertex as u32);
     (out.method, out.residual, out.remaining) = (method.number(), found.residual, found.remaining);
     (out.factorizations, out.bytes) = (found.factorizations as u32, found.bytes as u64);
     [out.corrected_error, out.corrected_max_error] = found.corrected;
+    out.seconds = start.elapsed().as_secs_f64();
     out
 }
 
@@ -137,15 +135,28 @@ fn certificate_of(found: &Certificate, method: Method) -> SwCertificate {
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sw_state_correct(state: *mut SwState, steps: u32) -> SwStatus {
     // SAFETY: `writing` refuses NULL; the host passes a live state that no other thread uses.
-    unsafe {
-        writing(state, |state| {
-            if steps == SW_STEPS_AUTO {
-                return Ok(state.correct_as_needed()?);
-            }
-            check_steps(steps)?;
-            Ok(state.correct(steps as usize)?)
-        })
+    unsafe { writing(state, |state| correct(state, steps, &mut |_| Ok(()))) }
+}
+
+/// As sw_state_correct, with a callback that hears of each step, and of each iteration of SW_STEPS_AUTO, and may cancel. Then what was kept before stays. `watch` may be NULL.
+/// Errors: as of sw_state_correct, SW_ERROR_CANCELLED, SW_ERROR_INVALID_ARGUMENT for an answer that is neither.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn sw_state_correct_watched(
+    state: *mut SwState,
+    steps: u32,
+    watch: SwWatchFn,
+    user: *mut c_void,
+) -> SwStatus {
+    // SAFETY: `writing` refuses NULL; the host passes a live state that no other thread uses, and gave this callback with this user pointer.
+    unsafe { writing(state, |state| correct(state, steps, &mut |residual| ask(watch, user, residual))) }
+}
+
+fn correct(state: &mut State, steps: u32, watch: &mut Watch) -> Result<(), Fault> {
+    if steps == SW_STEPS_AUTO {
+        return Ok(state.correct_as_needed(watch)?);
     }
+    check_steps(steps)?;
+    Ok(state.correct_watched(steps as usize, watch)?)
 }
 
 /// Steps to show: by SW_STEPS_AUTO any number of what is kept, or none.
@@ -216,9 +227,30 @@ pub unsafe extern "C" fn sw_state_fall_back(state: *mut SwState, certificate: *m
     // SAFETY: `switching` refuses NULL; the host passes a live state, and an initialised certificate, whose size is checked.
     unsafe {
         switching(state, |state| {
-            let out = Output::checked("certificate", certificate)?;
+            let (out, start) = (Output::checked("certificate", certificate)?, Instant::now());
             let found = state.fall_back()?;
-            out.write(certificate_of(&found, state.method()));
+            out.write(certificate_of(&found, state.method(), start));
+            Ok(())
+        })
+    }
+}
+
+/// As sw_state_fall_back, with a callback that hears of each iteration of all that it seeks, and may cancel: then nothing has changed. `watch` may be NULL.
+/// Errors: as of sw_state_fall_back, SW_ERROR_CANCELLED, SW_ERROR_INVALID_ARGUMENT for an answer that is neither.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn sw_state_fall_back_watched(
+    state: *mut SwState,
+    certificate: *mut SwCertificate,
+    watch: SwWatchFn,
+    user: *mut c_void,
+) -> SwStatus {
+    // SAFETY: `switching` refuses NULL; the host passes a live state, and an initialised certificate, whose size is checked.
+    unsafe {
+        switching(state, |state| {
+            let (out, start) = (Output::checked("certificate", certificate)?, Instant::now());
+            // SAFETY: the host gave this callback with this user pointer.
+            let found = state.fall_back_watched(&mut |residual| ask(watch, user, residual))?;
+            out.write(certificate_of(&found, state.method(), start));
             Ok(())
         })
     }

@@ -1,11 +1,15 @@
 //! External loads, and the static solution under them.
 
+use super::floats::as_the_host;
 use super::pointer::{VectorRows, check_flags, read_list};
+use super::precompute::answered;
 use super::state::{SwState, vector, writing};
 use super::status::{Fault, SwStatus};
 use super::structs::{Described, Output, described, read_descriptor};
 use crate::State;
+use crate::clock::Instant;
 use crate::load::Wind;
+use crate::methods::Watch;
 use std::ffi::c_void;
 
 /// The forces act in the next step, or the next sw_state_equilibrium, and are then forgotten.
@@ -126,6 +130,8 @@ pub struct SwEquilibriumReport {
     /// shells without load it is relative to the start's, or to the shell's own stiffness. Under a small load it may be as large as the load: rounding
     /// of the coordinates, where that moves the shell by less than a thousandth of its displacement.
     pub residual: f64,
+    /// That it took; 0 where there is no clock, as in a WebAssembly module.
+    pub seconds: f64,
 }
 
 described!(SwEquilibriumReport, residual);
@@ -140,14 +146,56 @@ described!(SwEquilibriumReport, residual);
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sw_state_equilibrium(state: *mut SwState, report: *mut SwEquilibriumReport) -> SwStatus {
     // SAFETY: `writing` refuses a NULL state; the report is NULL or initialised, and its size is checked.
-    unsafe {
-        writing(state, |state| {
-            let out = if report.is_null() { None } else { Some(Output::checked("report", report)?) };
-            let (residual, iterations) = state.equilibrium()?;
-            if let Some(out) = out {
-                out.write(SwEquilibriumReport { residual, iterations: iterations as u32, ..Described::initial() });
-            }
-            Ok(())
-        })
+    unsafe { writing(state, |state| find_equilibrium(state, report, &mut |_| Ok(()))) }
+}
+
+/// Hears of a search after each iteration what it leaves of the force, relative, on the thread that called it. Where the search goes on from another
+/// start, or another one follows, it rises again. Must return SW_PROGRESS_CONTINUE or SW_PROGRESS_CANCEL, as SwProgressFn, and must not destroy
+/// the state. Calls for the state from there may get SW_ERROR_BUSY.
+pub type SwWatchFn = Option<unsafe extern "C" fn(user: *mut c_void, residual: f64) -> u32>;
+
+/// As sw_state_equilibrium, with a callback that hears how the search goes and may cancel: then nothing has moved. It hears of each iteration of
+/// nonlinear shells and of modal methods, and of each share of the load of reduced ones: dozens of their iterations. `watch` may be NULL.
+/// Errors: as of sw_state_equilibrium, SW_ERROR_CANCELLED, SW_ERROR_INVALID_ARGUMENT for an answer that is neither.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn sw_state_equilibrium_watched(
+    state: *mut SwState,
+    report: *mut SwEquilibriumReport,
+    watch: SwWatchFn,
+    user: *mut c_void,
+) -> SwStatus {
+    // SAFETY: `writing` refuses a NULL state; the report is NULL or initialised, and its size is checked; the host gave this callback with this user pointer.
+    unsafe { writing(state, |state| find_equilibrium(state, report, &mut |residual| ask(watch, user, residual))) }
+}
+
+/// Asks a callback whether to go on.
+///
+/// # Safety
+///
+/// The host gave it with this user pointer.
+pub(super) unsafe fn ask(watch: SwWatchFn, user: *mut c_void, residual: f64) -> crate::Result<()> {
+    let Some(watch) = watch else { return Ok(()) };
+    // SAFETY: as above.
+    answered(as_the_host(|| unsafe { watch(user, residual) }))
+}
+
+/// # Safety
+///
+/// The report is NULL or initialised.
+unsafe fn find_equilibrium(
+    state: &mut State,
+    report: *mut SwEquilibriumReport,
+    watch: &mut Watch,
+) -> Result<(), Fault> {
+    // SAFETY: as above; its size is checked.
+    let out = if report.is_null() { None } else { Some(unsafe { Output::checked("report", report) }?) };
+    let start = Instant::now();
+    let (residual, iterations) = state.equilibrium_watched(watch)?;
+    if let Some(out) = out {
+        let (iterations, seconds) = (iterations as u32, start.elapsed().as_secs_f64());
+        let told = SwEquilibriumReport { residual, iterations, seconds, ..Described::initial() };
+        // SAFETY: its size was checked.
+        unsafe { out.write(told) };
     }
+    Ok(())
 }

@@ -63,6 +63,9 @@ pub type Reaction = (u32, [Vec3; 2]);
 /// Takes the rotation of a vertex.
 pub type WriteRotation<'a> = dyn FnMut(usize, UnitQuaternion<f64>) + 'a;
 
+/// Hears what is left of the force in a search, relative, and may stop it with an error.
+pub type Watch<'a> = dyn FnMut(f64) -> Result<()> + 'a;
+
 /// Rayleigh damping and a ratio per mode: c = ξ + ζλ + 2 ratio √λ.
 #[derive(Clone, Debug, Default)]
 pub struct Damping {
@@ -112,12 +115,17 @@ pub trait Motion: Send + Sync {
 
     /// One step of `h` > 0 seconds.
     fn step(&mut self, acting: &Acting, h: f64) -> Result<()>;
-    /// The static solution from the present shape. Returns the residual relative to the load, and the iterations.
-    fn settle(&mut self, acting: &Acting) -> Result<(f64, usize)>;
+    /// The static solution from the present shape. Returns the residual relative to the load, and the iterations. `watch` may stop it with an
+    /// error; then, as where none is found, nothing has changed.
+    fn settle(&mut self, acting: &Acting, watch: &mut Watch) -> Result<(f64, usize)>;
     /// Takes the motion nearest to displacements and their rates (n_vertices) in the mass norm.
     fn project_from(&mut self, u: &[Vec3], rate: &[Vec3]) -> Result<()>;
     /// The pose that was just taken is one of modes or fields.
     fn come_from_fields(&mut self) {}
+    /// Whether the pose is such a one still.
+    fn comes_from_fields(&self) -> bool {
+        false
+    }
     /// The last step left every bit as it was.
     fn is_unchanged(&self) -> bool {
         false

@@ -5,7 +5,7 @@ mod rest;
 mod stages;
 
 use super::plan::{AS_BEFORE, Around, BEFORE_ANY, FORCE_VERTEX, ITERATIONS, Part, PartKind};
-use super::{Acting, Damping, Motion, ROTATION_RANGE, Reaction, WriteRotation, unsupported, write_rotations};
+use super::{Acting, Damping, Motion, ROTATION_RANGE, Reaction, Watch, WriteRotation, unsupported, write_rotations};
 use crate::constraint::{ConstraintSet, Outcome};
 use crate::features::{Feature, NonlinearShell, Proof};
 use crate::method::Method;
@@ -267,8 +267,8 @@ impl Motion for Nodal {
         stepped
     }
 
-    fn settle(&mut self, acting: &Acting) -> Result<(f64, usize)> {
-        self.find_rest(acting)
+    fn settle(&mut self, acting: &Acting, watch: &mut Watch) -> Result<(f64, usize)> {
+        self.find_rest(acting, watch)
     }
 
     fn carry(&mut self, axes: Option<&[Pose]>) {
@@ -288,6 +288,10 @@ impl Motion for Nodal {
         self.shell.project(&mut self.velocity);
         self.foreign = false;
         Ok(())
+    }
+
+    fn comes_from_fields(&self) -> bool {
+        self.foreign
     }
 
     fn come_from_fields(&mut self) {

@@ -70,7 +70,7 @@ pub(super) fn minimize(
     let mut iterations = 0;
     if !constraints.is_empty() {
         let mut gradient = vec![Vec3::zeros(); x.len()];
-        iterations = pull(newton, constraints, potential, (x, &mut gradient), stop)?;
+        iterations = pull(newton, constraints, potential, (x, &mut gradient), (stop, &mut *watch))?;
         constraints.place_holds(x);
         Potential { constraints, ..*potential }.whole_gradient(x, &mut gradient);
         stop.scale += free_norm(potential.shell, &gradient);
@@ -144,7 +144,7 @@ fn pull(
     constraints: &mut Constraints,
     potential: &Potential,
     (x, gradient): (&mut [Vec3], &mut [Vec3]),
-    stop: Stop,
+    (stop, watch): (Stop, &mut dyn FnMut(f64) -> Result<()>),
 ) -> Result<usize> {
     if !constraints.is_away(x) {
         return Ok(0);
@@ -158,7 +158,7 @@ fn pull(
         return Ok(0);
     }
     let stop = Stop { tolerance: PULLED, scale, max_iterations: PULL_ITERATIONS.min(stop.max_iterations) };
-    let end = newton.minimize(&pulled, x, stop, &mut |_| Ok(()));
+    let end = newton.minimize(&pulled, x, stop, watch);
     constraints.set_pulling(false);
     Ok(end?.iterations)
 }

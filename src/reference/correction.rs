@@ -78,7 +78,7 @@ pub struct Correcting {
     pub stress: Vec<f64>,
 }
 
-/// Steps at most in a round, and who hears of them.
+/// Steps, in a round at most, and who hears of them.
 type Watched<'a> = (usize, &'a mut dyn FnMut(f64) -> Result<()>);
 
 impl Solver {
@@ -107,11 +107,12 @@ impl Solver {
 
     /// So many Newton steps from the displacements `start` of another method toward the same equilibrium, wherever they lead: the way there
     /// (n_vertices). They go on from where `earlier` ones led unless that leaves far more of the force. What hard constraints hold stays where it is.
+    /// `watch` hears before each step what is left of the force, relative, and may stop the work with an error.
     pub fn step_toward(
         &mut self,
         start: &[Vec3],
         load: &Load,
-        steps: usize,
+        (steps, watch): Watched,
         earlier: Option<&Correcting>,
     ) -> Result<Correcting> {
         self.check_fields(&[("start", start)])?;
@@ -119,6 +120,7 @@ impl Solver {
         let (shell, first) = (self.shell.clone(), self.x.clone());
         let free = FreeMotions::new(&shell, self.constraints.held(), &self.x);
         let mut forces = (load.at)(start);
+        let scale = scale_of(&shell, load, (&forces, &free)).max(f64::MIN_POSITIVE);
         free.balance(&shell, &self.x, &mut forces);
         self.constraints.pin(&free.pins(&self.x), &self.x);
         self.origin.copy_from_slice(&self.x);
@@ -138,7 +140,7 @@ impl Solver {
                 stress.clone_from(foreseen);
             }
         }
-        let followed = newton.follow_mixed(&potential, x, &mut stress, steps);
+        let followed = newton.follow_mixed(&potential, x, &mut stress, (steps, &mut |force| watch(force / scale)));
         stress.truncate(shell.energy.n_elements()); // without torques: handles may be others in the next frame
         newton.foreign = false; // others use it next
         followed?;
@@ -163,9 +165,7 @@ impl Solver {
             if load.follows {
                 following.take_share(&mut forces);
             }
-            let moving = if free.is_empty() { 0.0 } else { libm::hypot(load.moving, rounding(&shell)) };
-            let scale =
-                libm::hypot(libm::hypot(free_norm(&shell, &forces), load.held), moving).max(LEAST * rounding(&shell));
+            let scale = scale_of(&shell, load, (&forces, &free));
             if round > 0 {
                 self.constraints.renew(&shell, &self.x);
             }
@@ -233,6 +233,12 @@ impl Solver {
         }
         Ok([before, 1.0])
     }
+}
+
+/// The force that what is left of `forces` is relative to.
+fn scale_of(shell: &Shell, load: &Load, (forces, free): (&[Vec3], &FreeMotions)) -> f64 {
+    let moving = if free.is_empty() { 0.0 } else { libm::hypot(load.moving, rounding(shell)) };
+    libm::hypot(libm::hypot(free_norm(shell, forces), load.held), moving).max(LEAST * rounding(shell))
 }
 
 /// The force of rounding, where there may be no other.

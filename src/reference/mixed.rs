@@ -301,17 +301,18 @@ impl Newton {
         Ok(self.mixed_direction(potential, x, bare, (shift, unstable))?.then_some(true))
     }
 
-    /// Moves `x` by so many steps, wherever they lead, from a `stress` on to the one that the last step foresaw.
+    /// Moves `x` by so many steps, wherever they lead, from a `stress` on to the one that the last step foresaw. `watch` hears ‖∇Φ‖ before each.
     pub(super) fn follow_mixed(
         &mut self,
         potential: &Potential,
         x: &mut [Vec3],
         stress: &mut Vec<f64>,
-        steps: usize,
+        (steps, watch): (usize, &mut dyn FnMut(f64) -> Result<()>),
     ) -> Result<()> {
         self.made_at = None;
         for _ in 0..steps {
             potential.gradient_in(&mut self.parts, x, &mut self.gradient);
+            watch(free_norm(potential.shell, &self.gradient))?;
             let (wanted, mut shift) = ((&mut *stress, [0.0, 0.0], false), Shift::default());
             if self.next_direction(potential, x, wanted, (&mut shift, Unstable::Shift))?.is_none() {
                 break;

@@ -19,8 +19,9 @@
 
 use super::{Method, Space, State, external};
 use crate::constraint::{Constraint, Outcome, Target};
+use crate::error::{none_or_found, unless_none};
 use crate::features::Feature;
-use crate::methods::{self, Acting, Reaction};
+use crate::methods::{self, Acting, Reaction, Watch};
 use crate::point_energy::{InFrame, PointEnergy};
 use crate::reference::{self, LOST, Load, SOLVES, Solver, mass_norm as norm};
 use crate::support::FrameMotion;
@@ -86,7 +87,7 @@ impl State {
     }
 
     /// The same, where `watch` hears of each iteration what is left of the force, relative, and may stop the work with an error.
-    pub fn certify_watched(&self, watch: &mut dyn FnMut(f64) -> Result<()>) -> Result<Certificate> {
+    pub fn certify_watched(&self, watch: &mut Watch) -> Result<Certificate> {
         Feature::NonlinearShell.require()?;
         self.refuse_moving_rest("a certificate")?;
         if self.motion.is_full_shell() {
@@ -100,7 +101,7 @@ impl State {
     }
 
     /// As [`State::certify`], of a method that is not a nonlinear shell's, or of the positions by `way` (n_vertices, frame axes) from its own.
-    pub(super) fn estimate(&self, way: Option<&[Vec3]>, watch: &mut dyn FnMut(f64) -> Result<()>) -> Estimate {
+    pub(super) fn estimate(&self, way: Option<&[Vec3]>, watch: &mut Watch) -> Estimate {
         let shell = &self.model.shell;
         let mut judges = self.contacts.clone();
         let judging = self.judging_points(&mut judges, None);
@@ -213,37 +214,28 @@ impl State {
     /// which takes as long as its static solution. The first: its own estimate finds half of its displacement wrong, and the warp comes to the handle.
     /// The second: nothing leads it, and the estimates do not decide or one is wanting. Fails, changing nothing, where neither has an estimate.
     pub fn fall_back(&mut self) -> Result<Certificate> {
+        self.fall_back_watched(&mut |_| Ok(()))
+    }
+
+    /// The same, where `watch` hears of each iteration what is left of the force, relative, and may stop the work with an error: then nothing has changed.
+    pub fn fall_back_watched(&mut self, watch: &mut Watch) -> Result<Certificate> {
         Feature::NonlinearShell.require()?;
         self.refuse_moving_rest("a certificate")?;
         match self.method() {
-            Method::Warp => return self.certify(),
+            Method::Warp => return self.certify_watched(watch),
             Method::ImplicitShell | Method::ExplicitShell => return Ok(Certificate::default()),
             _ => (),
         }
-        let warp = || -> Result<State> {
-            let mut warp = self.try_clone()?;
-            warp.set_method(Method::Warp)?;
-            if self.is_standing() {
-                warp.frame.motion = FrameMotion::Given(self.rates);
-                let mut unbent = warp.try_clone()?;
-                unbent.unbend();
-                let (mut first, mut second) = if self.stays_put() { (unbent, warp) } else { (warp, unbent) };
-                return first.equilibrium().map(|_| first).or_else(|_| second.equilibrium().map(|_| second));
-            }
-            Ok(warp)
-        };
-        let warp = match warp() {
-            Ok(warp) => warp,
-            Err(_) => return self.certify(),
-        };
-        let (own, other) = (self.estimate(None, &mut |_| Ok(())), warp.estimate(None, &mut |_| Ok(())));
+        let Some(warp) = unless_none(self.as_warp(watch))? else { return self.certify_watched(watch) };
+        let own = none_or_found(self.estimate(None, watch))?;
+        let other = none_or_found(warp.estimate(None, watch))?;
         let led = self.constraints().any(|(c, _)| c.compliance == 0.0);
         let by_its_way = |own: &Certificate| led && (own.error <= LOST || warp.missed() > LOST);
         let known = match &own {
             _ if !self.is_standing() => None,
             Ok((own, end)) if by_its_way(own) => (own.remaining <= BALANCED).then(|| end.clone()),
             own if self.is_clear(own, &other) => None,
-            _ => self.path_from_rest().ok(),
+            _ => unless_none(self.path_from_rest(watch))?,
         };
         let (own, other) = match known {
             Some(end) => (Ok(self.against(&end, &own)), Ok(warp.against(&end, &other))),
@@ -257,6 +249,23 @@ impl State {
             }
             (own, Err(_)) => own,
         }
+    }
+
+    /// The warp that would go on: at this state's pose, or at rest where this one has no velocities.
+    fn as_warp(&self, watch: &mut Watch) -> Result<State> {
+        let mut warp = self.try_clone()?;
+        warp.set_method(Method::Warp)?;
+        if !self.is_standing() {
+            return Ok(warp);
+        }
+        warp.frame.motion = FrameMotion::Given(self.rates);
+        let mut unbent = warp.try_clone()?;
+        unbent.unbend();
+        let (mut first, mut second) = if self.stays_put() { (unbent, warp) } else { (warp, unbent) };
+        if unless_none(first.equilibrium_watched(watch))?.is_some() {
+            return Ok(first);
+        }
+        second.equilibrium_watched(watch).map(|_| second)
     }
 
     /// Whether the estimates of this state and of the warp decide between them, wherever they led.
@@ -276,12 +285,12 @@ impl State {
     }
 
     /// The equilibrium that the full shell's path from rest leads to under the loads and constraints (n_vertices, frame axes).
-    pub(super) fn path_from_rest(&self) -> Result<Vec<Vec3>> {
+    pub(super) fn path_from_rest(&self, watch: &mut Watch) -> Result<Vec<Vec3>> {
         let mut full = self.try_clone()?;
         full.reset();
         full.frame.motion = FrameMotion::Given(self.rates);
         full.change_method(Method::ImplicitShell)?;
-        full.equilibrium()?;
+        full.equilibrium_watched(watch)?;
         Ok(full.in_frame())
     }
 

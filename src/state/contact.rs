@@ -8,7 +8,7 @@ use crate::contact::{
 use crate::features::{Contact as Built, Feature, Proof};
 use crate::load::BodyLoad;
 use crate::methods::plan::{Part, PartKind};
-use crate::methods::{Acting, Motion};
+use crate::methods::{Acting, Motion, Watch};
 use crate::point_energy::{InFrame, PointEnergy};
 use crate::support::{Axes, FrameMotion, Passage, Pose};
 use crate::warp::Placement;
@@ -402,14 +402,19 @@ impl State {
     }
 
     /// The motion's equilibrium among the solids where they are to be, without friction.
-    pub(super) fn settle_touching(&mut self, load: &BodyLoad, pose: &Pose) -> Result<(f64, usize)> {
-        let Some(mut contacts) = self.contacts.take() else { return self.settle_alone(load, pose, None) };
-        let outcome = self.settle_rounds(&mut contacts, load, pose);
+    pub(super) fn settle_touching(&mut self, load: &BodyLoad, pose: &Pose, watch: &mut Watch) -> Result<(f64, usize)> {
+        let Some(mut contacts) = self.contacts.take() else { return self.settle_alone(load, pose, None, watch) };
+        let outcome = self.settle_rounds(&mut contacts, (load, pose), watch);
         self.contacts = Some(contacts);
         outcome
     }
 
-    fn settle_rounds(&mut self, contacts: &mut Contacts, load: &BodyLoad, pose: &Pose) -> Result<(f64, usize)> {
+    fn settle_rounds(
+        &mut self,
+        contacts: &mut Contacts,
+        (load, pose): (&BodyLoad, &Pose),
+        watch: &mut Watch,
+    ) -> Result<(f64, usize)> {
         let round = Round { h: None, feels_start: false };
         contacts.obstacles.iter_mut().for_each(Obstacle::arrive);
         contacts.came_at = None;
@@ -423,7 +428,7 @@ impl State {
         let mut iterations = 0;
         for _ in 0..STATIC_ROUNDS {
             let points = seen(contacts, self.moving_rest.as_deref_mut(), pose);
-            let found = self.settle_alone(load, pose, points.as_ref())?;
+            let found = self.settle_alone(load, pose, points.as_ref(), watch)?;
             drop(points);
             iterations += found.1;
             read(&*self.motion, (self.moving_rest.as_deref_mut(), false), pose, &mut contacts.end);

@@ -10,6 +10,7 @@ use crate::arithmetic::Arithmetic;
 use crate::error::{invalid, try_zeroed, unless_none};
 use crate::features::Feature;
 use crate::method::Method;
+use crate::methods::Watch;
 use crate::model::{MOST_FULL, NEAR};
 use crate::reference::{Correcting, LOST};
 use crate::support::Pose;
@@ -44,10 +45,15 @@ impl State {
     /// call led, or at the method's pose where that leaves far less of the force. The loads are those that are set now, and the inertia is that of the method. The motion does not
     /// know. Each takes a factorization of the full shell's stiffness. No steps forget what is kept. Fails as [`State::certify`], and leaves it.
     pub fn correct(&mut self, steps: usize) -> Result<()> {
+        self.correct_watched(steps, &mut |_| Ok(()))
+    }
+
+    /// The same, where `watch` hears before each step what is left of the force, relative, and may stop the work with an error: then what was kept before stays.
+    pub fn correct_watched(&mut self, steps: usize, watch: &mut Watch) -> Result<()> {
         self.correction = match steps {
             0 => None,
             _ if self.motion.is_full_shell() => None,
-            _ => Some(Box::new(KeptCorrection { steps: self.steps_toward(steps)?, is_current: true })),
+            _ => Some(Box::new(KeptCorrection { steps: self.steps_toward(steps, watch)?, is_current: true })),
         };
         Ok(())
     }
@@ -57,9 +63,9 @@ impl State {
     /// none is found, nothing is kept. So it is where loads were set that the pose does not balance: these begin a motion.
     ///
     /// Motion is left out: near a fold the inertia of a method that is far off leads astray.
-    pub fn correct_as_needed(&mut self) -> Result<()> {
+    pub fn correct_as_needed(&mut self, watch: &mut Watch) -> Result<()> {
         self.correction = match self.may_be_helped()? {
-            true => self.way_to_equilibrium()?.map(|steps| Box::new(KeptCorrection { steps, is_current: true })),
+            true => self.way_to_equilibrium(watch)?.map(|steps| Box::new(KeptCorrection { steps, is_current: true })),
             false => None,
         };
         Ok(())
@@ -67,20 +73,20 @@ impl State {
 
     /// Nothing where the pose is near the full shell, or where no equilibrium is found. Where most of the displacement is wrong, and no frame was
     /// corrected before, what is beside the pose says little of where the load leads: then the way from rest comes first.
-    fn way_to_equilibrium(&self) -> Result<Option<Correcting>> {
-        let own = unless_none(self.estimate(None, &mut |_| Ok(())))?;
+    fn way_to_equilibrium(&self, watch: &mut Watch) -> Result<Option<Correcting>> {
+        let own = unless_none(self.estimate(None, watch))?;
         let error = own.as_ref().map_or(f64::INFINITY, |(certificate, _)| certificate.error);
         if error <= NEAR {
             return Ok(None);
         }
         let end = if error > LOST && self.correction.is_none() {
-            match self.way_from_rest()? {
-                None => self.end_beside(own)?,
+            match self.way_from_rest(watch)? {
+                None => self.end_beside(own, watch)?,
                 end => end,
             }
         } else {
-            match self.end_beside(own)? {
-                None => self.way_from_rest()?,
+            match self.end_beside(own, watch)? {
+                None => self.way_from_rest(watch)?,
                 end => end,
             }
         };
@@ -88,20 +94,20 @@ impl State {
     }
 
     /// The equilibrium that two steps lead to, or else the one that the pose's `own` estimate did.
-    fn end_beside(&self, own: Option<(Certificate, Vec<Vec3>)>) -> Result<Option<Vec<Vec3>>> {
-        let begun = unless_none(self.steps_toward(FIRST))?;
-        let from_there = |begun: Correcting| unless_none(self.estimate(Some(&begun.way), &mut |_| Ok(())));
+    fn end_beside(&self, own: Option<(Certificate, Vec<Vec3>)>, watch: &mut Watch) -> Result<Option<Vec<Vec3>>> {
+        let begun = unless_none(self.steps_toward(FIRST, watch))?;
+        let from_there = |begun: Correcting| unless_none(self.estimate(Some(&begun.way), watch));
         let led = begun.map(from_there).transpose()?.flatten();
         let balanced = [led, own].into_iter().flatten().find(|(certificate, _)| certificate.remaining <= BALANCED);
         Ok(balanced.map(|(_, end)| end))
     }
 
     /// Where the full shell comes to from rest under the loads, of a shell that is small enough for it and is held.
-    fn way_from_rest(&self) -> Result<Option<Vec<Vec3>>> {
+    fn way_from_rest(&self, watch: &mut Watch) -> Result<Option<Vec<Vec3>>> {
         if self.model.shell.mass.len() > MOST_FULL || !self.stays_put() {
             return Ok(None);
         }
-        unless_none(self.path_from_rest())
+        unless_none(self.path_from_rest(watch))
     }
 
     /// As if steps had led to a pose (n_vertices, frame axes), with the stresses that it has.
@@ -140,7 +146,7 @@ impl State {
             return Ok(x);
         }
         let kept = self.correction.as_ref().filter(|correction| correction.is_current);
-        let made = if kept.is_none() { Some(self.steps_toward(steps)?) } else { None };
+        let made = if kept.is_none() { Some(self.steps_toward(steps, &mut |_| Ok(()))?) } else { None };
         let way = kept.map(|kept| &kept.steps).or(made.as_ref()).map_or(&[][..], |steps| &steps.way);
         self.positions(Space::Frame, |v, place| x[v] = place + way[v]);
         if !x.iter().flatten().all(|x| x.is_finite()) {
@@ -160,14 +166,14 @@ impl State {
         }
     }
 
-    fn steps_toward(&self, steps: usize) -> Result<Correcting> {
+    fn steps_toward(&self, steps: usize, watch: &mut Watch) -> Result<Correcting> {
         Feature::NonlinearShell.require()?;
         self.refuse_moving_rest("a correction")?;
         let judging = self.judging_points(&mut self.contacts.clone(), None);
         let earlier = self.correction.as_ref().map(|correction| &correction.steps);
         let found = self.with_full_shell(judging.as_ref(), |solver, u, load| {
             solver.join(judging.clone());
-            let found = solver.step_toward(u, load, steps, earlier);
+            let found = solver.step_toward(u, load, (steps, watch), earlier);
             solver.join(None); // others use it next
             found
         })?;

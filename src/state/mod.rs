@@ -20,7 +20,7 @@ use crate::energy::Mat3;
 use crate::error::{require_finite, require_non_negative};
 use crate::load::{BodyLoad, External, Following, Loads, Moving, Wind};
 pub use crate::methods::plan::{Part, PartKind};
-use crate::methods::{self, Acting, Motion};
+use crate::methods::{self, Acting, Motion, Watch};
 pub use crate::methods::{Damping, Method, ROTATION_RANGE};
 use crate::point_energy::{InFrame, PointEnergy};
 use crate::step::Integrator;
@@ -538,13 +538,22 @@ impl State {
     /// there ([`Frame::steady_rates`]); time does not pass. Returns the residual relative to the load, and the iterations. Fails,
     /// changing nothing, when none is found.
     pub fn equilibrium(&mut self) -> Result<(f64, usize)> {
-        let before = self.motion.unknowns();
+        self.equilibrium_watched(&mut |_| Ok(()))
+    }
+
+    /// The same, where `watch` hears now and then what is left of the force, relative, and may stop the work with an error: after each iteration of the
+    /// full shell and of the warp, and each share of the load of a reduced shell.
+    pub fn equilibrium_watched(&mut self, watch: &mut Watch) -> Result<(f64, usize)> {
+        let (before, from_fields) = (self.motion.unknowns(), self.motion.comes_from_fields());
         let constraints = self.motion.constraints().clone(); // with what the last step made of them
         let contacts = self.contacts.clone();
         let (pose, rates) = (self.frame.target, self.frame.steady_rates());
-        let found = self.settle(&pose, &rates);
+        let found = self.settle(&pose, &rates, watch);
         if found.is_err() {
             self.motion.set_unknowns([&before[0], &before[1]]);
+            if from_fields {
+                self.motion.come_from_fields();
+            }
             self.motion.change(|set| *set = constraints);
             self.contacts = contacts;
             self.carry_motion();
@@ -566,7 +575,7 @@ impl State {
 
     /// As [`State::equilibrium`], leaving the frame. Wind turns with the shell, and the forces of a frame that turns depend on where it
     /// is: they are taken anew on the shape found until they no longer change.
-    fn settle(&mut self, pose: &Pose, rates: &Rates) -> Result<(f64, usize)> {
+    fn settle(&mut self, pose: &Pose, rates: &Rates, watch: &mut Watch) -> Result<(f64, usize)> {
         let load = self.body_load(pose, rates);
         if let Some(supports) = &mut self.supports {
             supports.head(1.0);
@@ -576,7 +585,7 @@ impl State {
             rounds += 1;
             self.motion.stop();
             if self.moving_rest.is_some() {
-                let (residual, more) = self.settle_on_moving_rest()?;
+                let (residual, more) = self.settle_on_moving_rest(watch)?;
                 let force = if self.loads.needs_motion() { self.scratch.force.clone() } else { vec![] };
                 iterations += more;
                 if force.is_empty() || following.has_settled(&force) {
@@ -594,7 +603,7 @@ impl State {
             } else {
                 following.take(force);
             }
-            let (residual, more) = self.settle_touching(&load, pose)?;
+            let (residual, more) = self.settle_touching(&load, pose, watch)?;
             iterations += more;
             if still || settled {
                 return Ok((residual, iterations));
@@ -608,13 +617,19 @@ impl State {
     }
 
     /// The motion's equilibrium under loads as they are, and where `touching` has its force.
-    fn settle_alone(&mut self, load: &BodyLoad, pose: &Pose, touching: Option<&InFrame>) -> Result<(f64, usize)> {
+    fn settle_alone(
+        &mut self,
+        load: &BodyLoad,
+        pose: &Pose,
+        touching: Option<&InFrame>,
+        watch: &mut Watch,
+    ) -> Result<(f64, usize)> {
         let own = self.points_at(pose);
         let Self { model, motion, loads, scratch, supports, moving_rest, .. } = self;
         let axes = Axes { frame: pose, each: moving_rest.as_ref().map(|rest| rest.axes()) };
         let external = external(loads, scratch, model, &axes);
         let (points, supports) = (touching.or(own.as_ref()), supports.as_ref().map(|supports| supports.targets()));
-        motion.settle(&Acting { load, external, points, supports, axes, passage: None, again: false })
+        motion.settle(&Acting { load, external, points, supports, axes, passage: None, again: false }, watch)
     }
 
     /// Forces that depend on the shape in ways that the method's own search leaves to rounds: wind, and of a frame that turns (n_vertices,

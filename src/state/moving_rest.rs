@@ -16,7 +16,7 @@ use super::{LoadScratch, Motion, Space, State};
 use crate::contact::Obstacle;
 use crate::error::{invalid, try_zeroed};
 use crate::load::{BodyLoad, External, Moving};
-use crate::methods::Acting;
+use crate::methods::{Acting, Watch};
 use crate::point_energy::Point;
 use crate::reference::vertex_rotations;
 use crate::support::{Axes, Pose, Rates};
@@ -409,14 +409,14 @@ impl State {
     }
 
     /// The equilibrium on the rest shape where it is sent, at rest there.
-    pub(super) fn settle_on_moving_rest(&mut self) -> Result<(f64, usize)> {
+    pub(super) fn settle_on_moving_rest(&mut self, watch: &mut Watch) -> Result<(f64, usize)> {
         if let Some(rest) = &mut self.moving_rest {
             rest.coming.stop();
         }
         self.fill_on_moving_rest(f64::INFINITY);
         self.lead_rest(1.0, 1.0);
         let pose = Pose::identity();
-        self.settle_touching(&BodyLoad::new(Vec3::zeros(), &pose, &Rates::default()), &pose)
+        self.settle_touching(&BodyLoad::new(Vec3::zeros(), &pose, &Rates::default()), &pose, watch)
     }
 
     /// Takes the part of the next step between two shares of it, where the rest shape moves.

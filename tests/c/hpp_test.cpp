@@ -4,6 +4,7 @@
 #include "test_support.h"
 
 #include <array>
+#include <functional>
 #include <thread>
 #include <type_traits>
 #include <utility>
@@ -279,7 +280,7 @@ void a_state_tells_its_error_falls_back_and_goes_on_by_other_methods() {
   state.set_gravity(0, 0, -2);
   state.equilibrium();
   const SwCertificate linear = state.certify();
-  CHECK(linear.factorizations > 0 && linear.bytes > 0);
+  CHECK(linear.factorizations > 0 && linear.bytes > 0 && linear.seconds > 0);
   int heard = 0;
   const SwCertificate watched = state.certify([&](double residual) { return residual >= 0 && ++heard; });
   CHECK(watched.error == linear.error && heard > static_cast<int>(linear.factorizations) / 2);
@@ -297,7 +298,7 @@ void a_state_tells_its_error_falls_back_and_goes_on_by_other_methods() {
   state.positions_corrected(2, corrected.data(), STRIP_VERTICES);
   CHECK(corrected != own && state.certify().error == linear.error);
   const SwCertificate found = state.fall_back();
-  CHECK(found.method == SW_METHOD_WARP && found.error < linear.error);
+  CHECK(found.method == SW_METHOD_WARP && found.error < linear.error && found.seconds > 0);
   CHECK(state.certify().error == found.error && state.fall_back().method == SW_METHOD_WARP);
   state.step(1.0 / 30);
   state.set_method(SW_METHOD_SHELL_IMPLICIT);
@@ -308,6 +309,76 @@ void a_state_tells_its_error_falls_back_and_goes_on_by_other_methods() {
   CHECK(sw_state_fall_back(state.get(), nullptr) == SW_ERROR_INVALID_ARGUMENT);
   certificate.struct_size = 0;
   CHECK(sw_state_fall_back(state.get(), &certificate) == SW_ERROR_INVALID_DESC);
+}
+
+/* Stopped, by false or by an answer that is neither, all is as it was; and what is watched comes to the same. */
+void searches_are_watched_and_stopped() {
+  const Model model = make_model();
+  SwStateDesc desc = shellwarp::state_desc();
+  desc.method = SW_METHOD_LMA;
+  const State begun(model, desc);
+  const auto status_of = [](const std::function<void()> &search) {
+    try {
+      search();
+    } catch (const shellwarp::Error &error) {
+      return error.status();
+    }
+    return SwStatus{SW_OK};
+  };
+  State state = begun.clone(), silent = begun.clone();
+  state.set_gravity(0, 0, -2);
+  silent.set_gravity(0, 0, -2);
+  const std::vector<unsigned char> before = state.save();
+  const auto never = [](double) { return false; };
+  CHECK(status_of([&] { state.equilibrium(never); }) == SW_ERROR_CANCELLED && state.save() == before);
+  int heard = 0;
+  auto hear = [&heard](double residual) { return residual >= 0 && ++heard > 0; };
+  const SwEquilibriumReport report = state.equilibrium(hear);
+  CHECK(report.iterations == silent.equilibrium().iterations && state.save() == silent.save());
+  CHECK(heard == static_cast<int>(report.iterations) && report.seconds > 0);
+  const auto shown = [](const State &of) {
+    std::vector<double> x(3 * STRIP_VERTICES);
+    of.positions_corrected(1, x.data(), STRIP_VERTICES);
+    return x;
+  };
+  heard = 0;
+  state.correct(1);
+  const std::vector<double> kept = shown(state);
+  CHECK(status_of([&] { state.correct(3, never); }) == SW_ERROR_CANCELLED && shown(state) == kept);
+  state.correct(3, hear);
+  CHECK(heard == 3 && shown(state) != kept);
+  CHECK(status_of([&] { state.fall_back(never); }) == SW_ERROR_CANCELLED && state.report().time == 0);
+  CHECK(state.certify().method == SW_METHOD_LMA);
+  const SwCertificate found = state.fall_back(hear);
+  CHECK(found.method == SW_METHOD_WARP && found.error == silent.fall_back().error);
+
+  const auto neither = [](void *, double) -> uint32_t { return 7; };
+  SwCertificate certificate;
+  sw_certificate_init(&certificate);
+  CHECK(sw_state_equilibrium_watched(state.get(), nullptr, neither, nullptr) == SW_ERROR_INVALID_ARGUMENT);
+  CHECK(sw_state_correct_watched(state.get(), 1, neither, nullptr) == SW_ERROR_INVALID_ARGUMENT);
+  CHECK(sw_state_fall_back_watched(state.get(), &certificate, neither, nullptr) == SW_ERROR_INVALID_ARGUMENT);
+  CHECK(sw_state_equilibrium_watched(nullptr, nullptr, nullptr, nullptr) == SW_ERROR_INVALID_ARGUMENT);
+  CHECK(sw_state_equilibrium_watched(state.get(), nullptr, nullptr, nullptr) == SW_OK);
+  CHECK(sw_state_fall_back_watched(state.get(), &certificate, nullptr, nullptr) == SW_OK && certificate.seconds > 0);
+}
+
+/* Its own state is busy while it is asked, and is as it was afterwards. */
+void a_watch_that_calls_for_its_state_is_told_that_it_is_busy() {
+  const Model model = make_model();
+  State state(model);
+  state.set_gravity(0, 0, -1);
+  const auto within = [](void *user, double) -> uint32_t {
+    SwState *own = static_cast<SwState *>(user);
+    SwStateReport report;
+    sw_state_report_init(&report);
+    const bool busy = sw_state_step(own, 0.01) == SW_ERROR_BUSY && sw_state_report(own, &report) == SW_ERROR_BUSY &&
+                      sw_state_equilibrium(own, nullptr) == SW_ERROR_BUSY;
+    return busy ? SW_PROGRESS_CONTINUE : SW_PROGRESS_CANCEL;
+  };
+  CHECK(sw_state_equilibrium_watched(state.get(), nullptr, within, state.get()) == SW_OK);
+  CHECK(sw_state_correct_watched(state.get(), 1, within, state.get()) == SW_OK);
+  state.step(0.01);
 }
 
 void log_messages_reach_the_callback() {
@@ -428,6 +499,8 @@ int main() {
   RUN(wind_lifts_until_it_is_cleared);
   RUN(an_equilibrium_that_does_not_exist_throws_and_moves_nothing);
   RUN(a_state_tells_its_error_falls_back_and_goes_on_by_other_methods);
+  RUN(searches_are_watched_and_stopped);
+  RUN(a_watch_that_calls_for_its_state_is_told_that_it_is_busy);
   RUN(log_messages_reach_the_callback);
   RUN(vectors_have_the_length_of_the_modes);
   RUN(diagnostics_come_as_a_vector);

@@ -18,4 +18,5 @@ mod mixed;
 mod reference;
 mod second_order;
 mod step_error;
+mod watched;
 mod wind;

@@ -367,6 +367,26 @@ void sub_frames_are_corrected_from_where_the_frame_before_was() {
   CHECK(corrected.deformed() != late.deformed());  // whose steps begin at the warp's pose
 }
 
+// A frame that is stopped in its correction is not kept: the next evaluation is as if nobody had stopped it.
+void an_interrupt_stops_a_correction_and_the_next_evaluation_makes_it() {
+  ShellRunner never, stopped;
+  Request request = strip_request();
+  request.correction_steps = 3;
+  for (int k = 0; k <= 4; ++k) {
+    never.evaluate(at_frame(request, k));
+    stopped.evaluate(at_frame(request, k));
+  }
+  Request next = at_frame(request, 5);
+  int asked = 0;
+  next.interrupted = [&asked] { return ++asked >= 2; };
+  FAILS_WITH(stopped.evaluate(next), "stopped by the user");
+  CHECK(asked == 2);
+  next.interrupted = nullptr;
+  never.evaluate(next);
+  stopped.evaluate(next);
+  CHECK(stopped.deformed() == never.deformed());
+}
+
 double certified_percent(const std::string &text) {
   const std::string before = "certified: about ";
   return contains(text, before.c_str()) ? std::stod(text.substr(before.size())) : NAN;
@@ -2567,6 +2587,7 @@ int main() {
   RUN(the_run_is_refused_beyond_the_cache);
   RUN(what_makes_the_model_builds_and_what_moves_it_does_not);
   RUN(correction_steps_move_what_is_shown_and_not_the_motion);
+  RUN(an_interrupt_stops_a_correction_and_the_next_evaluation_makes_it);
   RUN(sub_frames_are_corrected_from_where_the_frame_before_was);
   RUN(what_is_certified_is_what_is_shown);
   RUN(moved_points_are_a_new_rest_shape_at_the_start_frame);

@@ -635,6 +635,7 @@ class SwEquilibriumReport(Structure):
         ("struct_size", c_uint32),
         ("iterations", c_uint32),
         ("residual", c_double),
+        ("seconds", c_double),
     ]
 
 
@@ -663,6 +664,7 @@ class SwCertificate(Structure):
         ("bytes", c_uint64),
         ("corrected_error", c_double),
         ("corrected_max_error", c_double),
+        ("seconds", c_double),
     ]
 
 
@@ -753,12 +755,15 @@ FUNCTIONS = {
     "sw_state_set_forces": (c_uint32, [POINTER(SwState), POINTER(SwForceDesc)]),
     "sw_state_set_wind": (c_uint32, [POINTER(SwState), POINTER(SwWindDesc)]),
     "sw_state_equilibrium": (c_uint32, [POINTER(SwState), POINTER(SwEquilibriumReport)]),
+    "sw_state_equilibrium_watched": (c_uint32, [POINTER(SwState), POINTER(SwEquilibriumReport), SwWatchFn, c_void_p]),
     "sw_state_plan": (c_uint32, [POINTER(SwState), c_double, POINTER(SwPlanPart), c_uint32, c_uint32, c_void_p]),
     "sw_state_plan_text": (c_uint32, [POINTER(SwState), c_double, c_char_p, c_uint64, c_void_p]),
     "sw_state_certify": (c_uint32, [POINTER(SwState), POINTER(SwCertificate)]),
     "sw_state_certify_watched": (c_uint32, [POINTER(SwState), POINTER(SwCertificate), SwWatchFn, c_void_p]),
     "sw_state_correct": (c_uint32, [POINTER(SwState), c_uint32]),
+    "sw_state_correct_watched": (c_uint32, [POINTER(SwState), c_uint32, SwWatchFn, c_void_p]),
     "sw_state_positions_corrected": (c_uint32, [POINTER(SwState), c_uint32, c_uint32, c_uint32, c_void_p, c_uint64, c_uint32]),
     "sw_state_fall_back": (c_uint32, [POINTER(SwState), POINTER(SwCertificate)]),
+    "sw_state_fall_back_watched": (c_uint32, [POINTER(SwState), POINTER(SwCertificate), SwWatchFn, c_void_p]),
     "sw_state_set_method": (c_uint32, [POINTER(SwState), c_uint32]),
 }

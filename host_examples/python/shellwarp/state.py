@@ -1,7 +1,7 @@
 """A moving shell."""
 
 from ctypes import POINTER, byref, c_double, c_uint32, c_uint64, create_string_buffer, sizeof
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, DTypeLike
 
 from . import _abi, _arrays, _library
 from ._handle import Handle
-from ._types import Array, Buffer, Report, Steps
+from ._types import Array, Buffer, Report, Steps, Watch
 from ._values import as_dict, choice, guarded, newton_steps, uint32
 from .binding import Binding
 from .collider import Collider
@@ -237,10 +237,25 @@ class State(Handle):
         """Back to rest and time 0."""
         self._call("sw_state_reset")
 
-    def equilibrium(self) -> Report:
-        """Moves to the static solution under the present loads: {"iterations", "residual"}."""
+    def _search(self, name, given, watch):
+        """Calls sw_state_NAME, watched where somebody watches."""
+        if watch is None:
+            self._call(f"sw_state_{name}", given)
+            return
+        raised = []
+        callback = _abi.SwWatchFn(guarded(watch, raised))
+        try:
+            self._call(f"sw_state_{name}_watched", given, callback, None)
+        except CancelledError:
+            if raised:
+                raise raised[0] from None
+            raise
+
+    def equilibrium(self, watch: Watch = None) -> Report:
+        """Moves to the static solution under the present loads: {"iterations", "residual", "seconds"}. `watch(residual)` is called as the search goes on, with
+        what is left of the force. It may return False to stop, which raises CancelledError; then nothing has moved."""
         report = _library.initialised(_abi.SwEquilibriumReport)
-        self._call("sw_state_equilibrium", byref(report))
+        self._search("equilibrium", byref(report), watch)
         return as_dict(report)
 
     def save(self) -> bytes:
@@ -283,14 +298,14 @@ class State(Handle):
                    byref(deepest))
         return out, deepest.value
 
-    def correct(self, steps: Steps = "auto") -> None:
+    def correct(self, steps: Steps = "auto", watch: Watch = None) -> None:
         """Takes Newton steps of the full nonlinear shell that go on from frame to frame, for output alone. Once after a frame's steps, before `positions_corrected`.
 
         "auto" goes on to the full shell's equilibrium, as `certify` seeks it, where that finds more than 5 % of the displacement wrong: of a state at rest that moves by fields,
         as after `equilibrium`. Where more than half is wrong, or no equilibrium is found, it takes the full shell's way from rest, up to 2,500 vertices.
         Of any other state, one in motion too, it keeps nothing. 0 forgets what was kept.
-        Steps by number are for loads that change slowly: near a fold they lead quick motion astray."""
-        self._call("sw_state_correct", newton_steps(steps, "steps"))
+        Steps by number are for loads that change slowly: near a fold they lead quick motion astray. `watch` as of `certify`; after a stop what was kept before stays."""
+        self._search("correct", newton_steps(steps, "steps"), watch)
 
     def positions_corrected(self, steps: Steps = "auto", out: "Array | None" = None, space: str = "world", dtype: DTypeLike = numpy.float32) -> Array:
         """Positions (n_vertices x 3) where `correct` led since the last step, or else after so many Newton steps of the full nonlinear shell, for output alone.
@@ -348,27 +363,18 @@ class State(Handle):
         self._call("sw_state_report", byref(report))
         return as_dict(report)
 
-    def certify(self, watch: Callable[[float], bool | None] | None = None) -> Report:
+    def certify(self, watch: Watch = None) -> Report:
         """How far it is from the full nonlinear shell, by an estimate: SwCertificate as a dict. `watch(residual)` is called after each iteration with
         what it leaves of the force; it may return False to stop, which raises CancelledError."""
         certificate = _library.initialised(_abi.SwCertificate)
-        if watch is None:
-            self._call("sw_state_certify", byref(certificate))
-            return as_dict(certificate)
-        raised = []
-        callback = _abi.SwWatchFn(guarded(watch, raised))
-        try:
-            self._call("sw_state_certify_watched", byref(certificate), callback, None)
-        except CancelledError:
-            if raised:
-                raise raised[0] from None
-            raise
+        self._search("certify", byref(certificate), watch)
         return as_dict(certificate)
 
-    def fall_back(self) -> Report:
-        """Goes on by the paper's warp where that is nearer to the full nonlinear shell: SwCertificate of the method that goes on."""
+    def fall_back(self, watch: Watch = None) -> Report:
+        """Goes on by the paper's warp where that is nearer to the full nonlinear shell: SwCertificate of the method that goes on. `watch` as of `certify`; after a stop
+        the state is as it was."""
         certificate = _library.initialised(_abi.SwCertificate)
-        self._call("sw_state_fall_back", byref(certificate))
+        self._search("fall_back", byref(certificate), watch)
         return as_dict(certificate)
 
     def plan(self, seconds: float) -> list[Report]:

@@ -574,8 +574,9 @@ class Running(unittest.TestCase):
         state.set_gravity((0, 0, -2))
         state.equilibrium()
         heard = []
-        found = state.certify(heard.append)
-        self.assertEqual(found, state.certify())
+        found, again = state.certify(heard.append), state.certify()
+        self.assertTrue(found.pop("seconds") > 0 and again.pop("seconds") > 0)
+        self.assertEqual(found, again)
         self.assertGreater(found["factorizations"], 0)
         self.assertGreater(len(heard), 1)
         self.assertLessEqual(heard[-1], 1e-6)
@@ -583,6 +584,34 @@ class Running(unittest.TestCase):
             state.certify(lambda residual: False)
         with self.assertRaises(ZeroDivisionError):
             state.certify(lambda residual: 1 / 0)
+
+    def test_searches_are_heard_of_and_can_be_stopped(self):
+        made = model()
+        made.precompute(modes=4, reduced_fields=0)
+        state = made.state("lma")
+        state.set_gravity((0, 0, -2))
+        before, heard = state.save(), []
+        with self.assertRaises(sw.CancelledError):
+            state.equilibrium(lambda residual: False)
+        with self.assertRaises(ZeroDivisionError):
+            state.equilibrium(lambda residual: 1 / 0)
+        self.assertEqual(state.save(), before)
+        report = state.equilibrium(heard.append)
+        self.assertEqual(len(heard), report["iterations"])
+        self.assertGreater(report["seconds"], 0)
+        state.correct(1)
+        kept = state.positions_corrected(1)
+        with self.assertRaises(sw.CancelledError):
+            state.correct(2, watch=lambda residual: False)
+        numpy.testing.assert_array_equal(state.positions_corrected(1), kept)
+        heard.clear()
+        state.correct(2, heard.append)
+        self.assertEqual(len(heard), 2)
+        with self.assertRaises(sw.CancelledError):
+            state.fall_back(lambda residual: False)
+        self.assertEqual(state.certify()["method"], sw.abi.SW_METHOD_LMA)
+        self.assertEqual(state.fall_back(heard.append)["method"], sw.abi.SW_METHOD_WARP)
+        self.assertGreater(len(heard), 2)
 
     def test_newton_steps_of_the_full_shell_bring_positions_nearer_to_it(self):
         made = model()

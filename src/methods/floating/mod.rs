@@ -15,7 +15,7 @@ mod step;
 use super::nodal::{are_angles, extent, rotations};
 use super::plan::{Around, Part, PartKind};
 use super::reduced::estimate::Estimate;
-use super::{Acting, Damping, Motion, Reaction, WriteRotation, write_rotations};
+use super::{Acting, Damping, Motion, Reaction, Watch, WriteRotation, write_rotations};
 use crate::constraint::ConstraintSet;
 use crate::method::Method;
 use crate::modal::ModalBasis;
@@ -295,8 +295,8 @@ impl Motion for Floating {
         Ok(())
     }
 
-    fn settle(&mut self, acting: &Acting) -> Result<(f64, usize)> {
-        let found = self.find_equilibrium(acting)?;
+    fn settle(&mut self, acting: &Acting, watch: &mut Watch) -> Result<(f64, usize)> {
+        let found = self.find_equilibrium(acting, watch)?;
         self.yield_creases();
         Ok(found)
     }

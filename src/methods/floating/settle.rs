@@ -7,7 +7,7 @@
 use super::place::Rates;
 use super::rows::Shares;
 use super::{At, Floating, Room};
-use crate::methods::Acting;
+use crate::methods::{Acting, Watch};
 use crate::reduced::{Joined, Potential, Stop, WithRigid, crossed};
 use crate::{Error, ErrorKind, Result, Vec3};
 use nalgebra::Matrix3;
@@ -33,7 +33,7 @@ const TURN: f64 = 0.5;
 impl Floating {
     /// The static solution under the present loads and constraints, from the present place. Returns residual and rounds. Changes nothing on
     /// failure.
-    pub(super) fn find_equilibrium(&mut self, acting: &Acting) -> Result<(f64, usize)> {
+    pub(super) fn find_equilibrium(&mut self, acting: &Acting, watch: &mut Watch) -> Result<(f64, usize)> {
         let (shell, reduced, rigid) = (self.shell.clone(), self.reduced.clone(), self.rigid.clone());
         let at = At::of(&shell, &reduced, &rigid, acting);
         let rates = Rates::rest(self.n());
@@ -51,6 +51,7 @@ impl Floating {
             let share = f64::min(done + way, 1.0);
             let (found, residual, more) = self.balance(at, share);
             rounds += more;
+            watch(residual)?;
             let found = found && self.is_within_range(&self.next, &rates);
             if found && share == 1.0 {
                 self.record_outcomes(at);

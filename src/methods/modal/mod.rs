@@ -16,7 +16,7 @@ mod warp;
 pub use constraints::VertexMap;
 pub use map::Map;
 
-use super::{Acting, Motion, Reaction};
+use super::{Acting, Motion, Reaction, Watch};
 use crate::constraint::Target;
 use crate::load::BodyLoad;
 use crate::method::Method;
@@ -450,7 +450,7 @@ impl<M: Map> Modal<M> {
     /// The static solution Λq = f(q) + Jᵀμ by fixed point, from the present q: a step of backward Euler so long that inertia
     /// and damping vanish gives Λ⁻¹f, and q moves a fraction of the way there, which is halved when the residual grows.
     /// Returns the residual |q − Λ⁻¹f|/|Λ⁻¹f| and the iterations. Changes nothing on failure.
-    fn find_equilibrium(&mut self, acting: &Acting) -> Result<(f64, usize)> {
+    fn find_equilibrium(&mut self, acting: &Acting, watch: &mut Watch) -> Result<(f64, usize)> {
         let start = (self.q.clone(), self.q_dot.clone(), self.integrator, self.constraints.set().work);
         if let Some(to) = acting.supports {
             self.set_supports(to.displacement);
@@ -458,7 +458,7 @@ impl<M: Map> Modal<M> {
         self.integrator = Integrator::ImplicitEuler;
         let settling = self.settling_damping(acting);
         let damping = std::mem::replace(&mut self.damping, settling);
-        let mut outcome = self.fixed_point(acting);
+        let mut outcome = self.fixed_point(acting, watch);
         self.damping = damping;
         // A frame that turns faster than the shell can bear throws it as far as the guard lets it.
         if acting.load.spin_rate().is_some() && self.basis.guard(self.is_warped()).energy(&self.q) > 0.0 {
@@ -495,7 +495,7 @@ impl<M: Map> Modal<M> {
         damping
     }
 
-    fn fixed_point(&mut self, acting: &Acting) -> Result<(f64, usize)> {
+    fn fixed_point(&mut self, acting: &Acting, watch: &mut Watch) -> Result<(f64, usize)> {
         // What is left of the start by rounding is nothing: where no load is, the solution is zero, and all would be large to it.
         let rounding = f64::EPSILON.powi(2) * self.q.iter().map(|q| q * q).sum::<f64>();
         let (mut fraction, mut last, mut odds) = (1.0f64, f64::INFINITY, 0);
@@ -508,6 +508,7 @@ impl<M: Map> Modal<M> {
             let moved: f64 = before.iter().zip(&self.q).map(|(a, b)| (a - b).powi(2)).sum();
             let residual =
                 (moved / self.q.iter().map(|q| q * q).sum::<f64>().max(rounding).max(f64::MIN_POSITIVE)).sqrt();
+            watch(residual)?;
             let still = residual <= settled(&self.basis.basis);
             odds = if acting.points.is_some() && self.at_odds { odds + 1 } else { 0 };
             if odds == AT_ODDS || (still && odds > 0) {

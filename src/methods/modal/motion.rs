@@ -6,7 +6,7 @@ use crate::constraint::{Constraint, ConstraintSet, Target};
 use crate::error::require_finite;
 use crate::method::Method;
 use crate::methods::plan::{Around, Part};
-use crate::methods::{Acting, Damping, Motion, Reaction, WriteRotation};
+use crate::methods::{Acting, Damping, Motion, Reaction, Watch, WriteRotation};
 use crate::modal::with_basis;
 use crate::warp::{Extent, Placement, visit_turns};
 use crate::{Error, ErrorKind, Result, Vec3, rotation};
@@ -36,8 +36,8 @@ impl<M: Map> Motion for Modal<M> {
         self.advance(acting, h)
     }
 
-    fn settle(&mut self, acting: &Acting) -> Result<(f64, usize)> {
-        self.find_equilibrium(acting)
+    fn settle(&mut self, acting: &Acting, watch: &mut Watch) -> Result<(f64, usize)> {
+        self.find_equilibrium(acting, watch)
     }
 
     fn project_from(&mut self, u: &[Vec3], rate: &[Vec3]) -> Result<()> {

@@ -5,7 +5,7 @@
 
 use super::Reduced;
 use crate::methods::nodal::are_angles;
-use crate::methods::{Acting, Method};
+use crate::methods::{Acting, Method, Watch};
 use crate::reduced::{Form, ReducedShell, Scratch};
 use crate::{ErrorKind, Result};
 
@@ -70,20 +70,20 @@ impl Reduced {
     }
 
     /// The equilibrium by the form for where it is; by the samples where the polynomial finds none.
-    pub(super) fn settle_by_choice(&mut self, acting: &Acting) -> Result<(f64, usize)> {
+    pub(super) fn settle_by_choice(&mut self, acting: &Acting, watch: &mut Watch) -> Result<(f64, usize)> {
         if self.adaptive.is_none() {
-            return self.find_equilibrium(acting);
+            return self.find_equilibrium(acting, watch);
         }
         let (form, before) = (self.form, self.motion.clone());
         self.choose_form();
-        let found = self.find_equilibrium(acting);
+        let found = self.find_equilibrium(acting, watch);
         let by = self.form;
         match &found {
             Ok(_) => self.choose_form(),
             Err(error) if error.kind == ErrorKind::Numerical => self.take_form(Form::Sampled),
             Err(_) => (),
         }
-        let again = if self.form == by { found } else { self.find_equilibrium(acting) };
+        let again = if self.form == by { found } else { self.find_equilibrium(acting, watch) };
         if again.is_err() {
             self.motion = before;
             self.take_form(form);

@@ -8,7 +8,7 @@ mod step;
 
 use super::nodal::{extent, rotations};
 use super::plan::{AS_BEFORE, Around, BEFORE_ANY, ITERATIONS, Part, PartKind};
-use super::{Acting, Damping, Motion, Reaction, WriteRotation, write_rotations};
+use super::{Acting, Damping, Motion, Reaction, Watch, WriteRotation, write_rotations};
 use crate::constraint::ConstraintSet;
 use crate::features::{Feature, Proof, ReducedShell as Built};
 use crate::method::Method;
@@ -335,8 +335,8 @@ impl Motion for Reduced {
         Ok(())
     }
 
-    fn settle(&mut self, acting: &Acting) -> Result<(f64, usize)> {
-        let found = self.settle_by_choice(acting)?;
+    fn settle(&mut self, acting: &Acting, watch: &mut Watch) -> Result<(f64, usize)> {
+        let found = self.settle_by_choice(acting, watch)?;
         self.yield_creases();
         Ok(found)
     }

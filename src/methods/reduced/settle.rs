@@ -2,7 +2,7 @@
 
 use super::rows::Shares;
 use super::{At, Reduced};
-use crate::methods::Acting;
+use crate::methods::{Acting, Watch};
 use crate::reduced::{End, Joined, Potential, Stop};
 use crate::{Error, ErrorKind, Result};
 use nalgebra::DVector;
@@ -60,7 +60,7 @@ impl Still {
 impl Reduced {
     /// The static solution under the present loads and constraints, from the present shape; what depends on the shape is taken as there.
     /// Returns residual and iterations. Changes nothing on failure.
-    pub(super) fn find_equilibrium(&mut self, acting: &Acting) -> Result<(f64, usize)> {
+    pub(super) fn find_equilibrium(&mut self, acting: &Acting, watch: &mut Watch) -> Result<(f64, usize)> {
         let (shell, reduced) = (self.shell.clone(), self.reduced.clone());
         let at = At::of(&shell, &reduced, acting);
         self.take_places(at);
@@ -84,6 +84,7 @@ impl Reduced {
             (0..start.len()).for_each(|k| self.load[k] = start[k] + share * (self.force[k] - start[k]));
             let end = self.balance(at, (share, still.least), &mut torque);
             iterations += end.iterations;
+            watch(end.residual)?;
             let within = self.is_within_range(&self.next, &[]);
             let found = end.converged && within;
             if found && share == 1.0 {

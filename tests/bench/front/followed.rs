@@ -41,7 +41,7 @@ pub fn row(scene: &Scene, fields: usize) -> String {
             errors.push(error.unwrap_or(f64::INFINITY));
         }
         for (frames, errors) in [FRAMES, 1].into_iter().zip(&mut needed) {
-            let mut correct = |state: &mut State| state.correct_as_needed().unwrap();
+            let mut correct = |state: &mut State| state.correct_as_needed(&mut |_| Ok(())).unwrap();
             let state = cases::led(scene, (&model, method), case, frames, &mut correct);
             let kept = state.and_then(|state| corrected(scene, &state, usize::from(state.is_corrected()), case));
             errors.push(kept.unwrap_or(f64::INFINITY));
