@@ -110,6 +110,7 @@ fn status_calls<'a>(model: *mut SwModel, state: *mut SwState) -> Vec<Call<'a>> {
         sw_state_set_forces(state, null()),
         sw_state_set_wind(state, null()),
         sw_state_equilibrium(state, null_mut()),
+        sw_state_equilibrium_watched(state, null_mut(), None, null_mut()),
         sw_state_step(state, 0.0),
         sw_state_positions(state, 0, 0, null_mut(), 0, 0),
         sw_state_normals(state, 0, 0, null_mut(), 0, 0),
