@@ -8,9 +8,9 @@ use super::state::{SwState, reading, switching, writing};
 use super::status::{Fault, SwStatus};
 use super::structs::{Described, Output, described};
 use crate::clock::Instant;
-use crate::methods::Watch;
 use crate::state::{Certificate, Method, State};
 use std::ffi::c_void;
+use std::ptr::null_mut;
 
 /// Of a correction: more would take as long as the full shell's own search.
 pub(super) const MOST_STEPS: u32 = 100;
@@ -76,15 +76,8 @@ described!(SwCertificate, remaining);
 /// SW_ERROR_OUT_OF_MEMORY, SW_ERROR_BUSY.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sw_state_certify(state: *const SwState, certificate: *mut SwCertificate) -> SwStatus {
-    // SAFETY: `reading` refuses NULL; the host passes a live state, and an initialised certificate, whose size is checked.
-    unsafe {
-        reading(state, |state| {
-            let (out, start) = (Output::checked("certificate", certificate)?, Instant::now());
-            let found = state.certify()?;
-            out.write(certificate_of(&found, state.method(), start));
-            Ok(())
-        })
-    }
+    // SAFETY: passed on unchanged, without a callback.
+    unsafe { sw_state_certify_watched(state, certificate, None, null_mut()) }
 }
 
 /// As sw_state_certify, with a callback that hears of each iteration and may cancel: between two calls there is one factorization, or a
@@ -134,8 +127,8 @@ fn certificate_of(found: &Certificate, method: Method, start: Instant) -> SwCert
 /// Errors: as sw_state_certify; what was kept before stays.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sw_state_correct(state: *mut SwState, steps: u32) -> SwStatus {
-    // SAFETY: `writing` refuses NULL; the host passes a live state that no other thread uses.
-    unsafe { writing(state, |state| correct(state, steps, &mut |_| Ok(()))) }
+    // SAFETY: passed on unchanged, without a callback.
+    unsafe { sw_state_correct_watched(state, steps, None, null_mut()) }
 }
 
 /// As sw_state_correct, with a callback that hears of each step, and of each iteration of SW_STEPS_AUTO, and may cancel. Then what was kept before stays. `watch` may be NULL.
@@ -148,15 +141,16 @@ pub unsafe extern "C" fn sw_state_correct_watched(
     user: *mut c_void,
 ) -> SwStatus {
     // SAFETY: `writing` refuses NULL; the host passes a live state that no other thread uses, and gave this callback with this user pointer.
-    unsafe { writing(state, |state| correct(state, steps, &mut |residual| ask(watch, user, residual))) }
-}
-
-fn correct(state: &mut State, steps: u32, watch: &mut Watch) -> Result<(), Fault> {
-    if steps == SW_STEPS_AUTO {
-        return Ok(state.correct_as_needed(watch)?);
+    unsafe {
+        writing(state, |state| {
+            let watch = &mut |residual| ask(watch, user, residual);
+            if steps == SW_STEPS_AUTO {
+                return Ok(state.correct_as_needed(watch)?);
+            }
+            check_steps(steps)?;
+            Ok(state.correct_watched(steps as usize, watch)?)
+        })
     }
-    check_steps(steps)?;
-    Ok(state.correct_watched(steps as usize, watch)?)
 }
 
 /// Steps to show: by SW_STEPS_AUTO any number of what is kept, or none.
@@ -224,15 +218,8 @@ pub unsafe extern "C" fn sw_state_positions_corrected(
 /// Errors: as of sw_state_certify, SW_ERROR_NUMERICAL where neither method has an estimate.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sw_state_fall_back(state: *mut SwState, certificate: *mut SwCertificate) -> SwStatus {
-    // SAFETY: `switching` refuses NULL; the host passes a live state, and an initialised certificate, whose size is checked.
-    unsafe {
-        switching(state, |state| {
-            let (out, start) = (Output::checked("certificate", certificate)?, Instant::now());
-            let found = state.fall_back()?;
-            out.write(certificate_of(&found, state.method(), start));
-            Ok(())
-        })
-    }
+    // SAFETY: passed on unchanged, without a callback.
+    unsafe { sw_state_fall_back_watched(state, certificate, None, null_mut()) }
 }
 
 /// As sw_state_fall_back, with a callback that hears of each iteration of all that it seeks, and may cancel: then nothing has changed. `watch` may be NULL.

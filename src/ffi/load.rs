@@ -9,8 +9,8 @@ use super::structs::{Described, Output, described, read_descriptor};
 use crate::State;
 use crate::clock::Instant;
 use crate::load::Wind;
-use crate::methods::Watch;
 use std::ffi::c_void;
+use std::ptr::null_mut;
 
 /// The forces act in the next step, or the next sw_state_equilibrium, and are then forgotten.
 pub const SW_FORCES_ONE_STEP: u32 = 1;
@@ -145,8 +145,8 @@ described!(SwEquilibriumReport, residual);
 /// Errors: SW_ERROR_INVALID_ARGUMENT, SW_ERROR_INVALID_DESC, SW_ERROR_NUMERICAL when none is found, SW_ERROR_BUSY.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sw_state_equilibrium(state: *mut SwState, report: *mut SwEquilibriumReport) -> SwStatus {
-    // SAFETY: `writing` refuses a NULL state; the report is NULL or initialised, and its size is checked.
-    unsafe { writing(state, |state| find_equilibrium(state, report, &mut |_| Ok(()))) }
+    // SAFETY: passed on unchanged, without a callback.
+    unsafe { sw_state_equilibrium_watched(state, report, None, null_mut()) }
 }
 
 /// Hears of a search after each iteration what it leaves of the force, relative, on the thread that called it. Where the search goes on from another
@@ -165,7 +165,18 @@ pub unsafe extern "C" fn sw_state_equilibrium_watched(
     user: *mut c_void,
 ) -> SwStatus {
     // SAFETY: `writing` refuses a NULL state; the report is NULL or initialised, and its size is checked; the host gave this callback with this user pointer.
-    unsafe { writing(state, |state| find_equilibrium(state, report, &mut |residual| ask(watch, user, residual))) }
+    unsafe {
+        writing(state, |state| {
+            let out = if report.is_null() { None } else { Some(Output::checked("report", report)?) };
+            let start = Instant::now();
+            let (residual, iterations) = state.equilibrium_watched(&mut |residual| ask(watch, user, residual))?;
+            if let Some(out) = out {
+                let (iterations, seconds) = (iterations as u32, start.elapsed().as_secs_f64());
+                out.write(SwEquilibriumReport { residual, iterations, seconds, ..Described::initial() });
+            }
+            Ok(())
+        })
+    }
 }
 
 /// Asks a callback whether to go on.
@@ -177,25 +188,4 @@ pub(super) unsafe fn ask(watch: SwWatchFn, user: *mut c_void, residual: f64) -> 
     let Some(watch) = watch else { return Ok(()) };
     // SAFETY: as above.
     answered(as_the_host(|| unsafe { watch(user, residual) }))
-}
-
-/// # Safety
-///
-/// The report is NULL or initialised.
-unsafe fn find_equilibrium(
-    state: &mut State,
-    report: *mut SwEquilibriumReport,
-    watch: &mut Watch,
-) -> Result<(), Fault> {
-    // SAFETY: as above; its size is checked.
-    let out = if report.is_null() { None } else { Some(unsafe { Output::checked("report", report) }?) };
-    let start = Instant::now();
-    let (residual, iterations) = state.equilibrium_watched(watch)?;
-    if let Some(out) = out {
-        let (iterations, seconds) = (iterations as u32, start.elapsed().as_secs_f64());
-        let told = SwEquilibriumReport { residual, iterations, seconds, ..Described::initial() };
-        // SAFETY: its size was checked.
-        unsafe { out.write(told) };
-    }
-    Ok(())
 }
