@@ -89,7 +89,7 @@ pub(crate) fn try_zeroed<T: Clone + Default>(what: &str, len: usize) -> Result<V
     Ok(v)
 }
 
-/// Fails where neither a result is, nor none as below: memory does not suffice, or the work was stopped.
+/// A result, or the error that says why numbers, this shell or this build have none. Fails by any other error: memory does not suffice, or the work was stopped.
 pub(crate) fn none_or_found<T>(found: Result<T>) -> Result<Result<T>> {
     match found {
         Err(error) if !matches!(error.kind, ErrorKind::Numerical | ErrorKind::Unsupported) => Err(error),
